@@ -1,0 +1,2 @@
+//! The host: joins the wearable's packets with the hand's position, learns and recognises skills, and
+//! commands a robot as an impedance.

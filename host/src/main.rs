@@ -1,0 +1,2 @@
+//! The `tonus` program.
+fn main() {}

@@ -1,0 +1,1 @@
+//! Probabilistic movement primitives in latent form.

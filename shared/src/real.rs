@@ -1,0 +1,34 @@
+//! The scalar: `f32` on the chip, `f64` on the host, nothing else.
+
+/// A real number that the maths of this crate is written in.
+///
+/// Elementary functions come from nalgebra's `RealField`, built with `libm-force`: chip and host run
+/// the same software `exp`, `ln`, `sin`, so an `f32` result does not depend on which of them it ran on.
+pub trait Real: nalgebra::RealField + Copy {
+    /// The nearest value to an `f64` literal or design constant.
+    fn of(value: f64) -> Self;
+    /// The same value as an `f64` (exact).
+    fn widen(self) -> f64;
+}
+
+impl Real for f32 {
+    #[allow(
+        clippy::cast_possible_truncation,
+        reason = "rounding to nearest is the contract"
+    )]
+    fn of(value: f64) -> Self {
+        value as f32
+    }
+    fn widen(self) -> f64 {
+        f64::from(self)
+    }
+}
+
+impl Real for f64 {
+    fn of(value: f64) -> Self {
+        value
+    }
+    fn widen(self) -> f64 {
+        self
+    }
+}

@@ -1,0 +1,1 @@
+//! Device time, one multichannel scan, and the scale from converter counts to volts.

@@ -1,0 +1,1 @@
+//! From raw sEMG to envelopes, activation and signal quality.

@@ -1,0 +1,1 @@
+//! From muscle activation and arm posture to Cartesian stiffness.

@@ -1,0 +1,1 @@
+//! The packets that leave and reach the wearable.

@@ -1,0 +1,24 @@
+//! Where the suites find reference values and real recordings, and how they read them.
+
+use std::path::PathBuf;
+
+/// The folder with `data` and `reference` beside the project, or what `TONUS_DATA` names.
+///
+/// Tests that need a recording call this and fail with the message it gives when there is none: a
+/// skipped recording is never a silent pass.
+///
+/// # Panics
+/// When the folder does not exist.
+#[must_use]
+pub fn recordings() -> PathBuf {
+    let path = std::env::var_os("TONUS_DATA").map_or_else(
+        || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"),
+        PathBuf::from,
+    );
+    assert!(
+        path.is_dir(),
+        "recordings not found at {}: set TONUS_DATA to the folder that holds them",
+        path.display()
+    );
+    path
+}
