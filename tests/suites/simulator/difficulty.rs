@@ -180,10 +180,10 @@ fn the_recogniser_computes_the_gaussian_density() {
     let best = BestRecogniser::new(&[Skill::LiftBook], &[0.3], DURATION_S, &noise).unwrap();
     let at = [0.3, 0.05, -0.2];
     let mut expected = 0.0;
-    for axis in 0..3 {
+    for (axis, position) in at.into_iter().enumerate() {
         let variance =
             Skill::LiftBook.covariance_m2(0.3, 0.3)[axis] + 0.01_f64.powi(2) + 0.02_f64.powi(2);
-        let deviation = at[axis] - Skill::LiftBook.mean_m(0.3)[axis];
+        let deviation = position - Skill::LiftBook.mean_m(0.3)[axis];
         expected -=
             0.5 * (deviation * deviation / variance + (std::f64::consts::TAU * variance).ln());
     }
