@@ -116,6 +116,14 @@ pub enum RowError {
         /// The duration, seconds.
         duration_s: f64,
     },
+    /// The row or what the model says about it exceeds the scalar.
+    #[error("DoF {dof} at phase {phase} overflows the scalar: check the loading's units and the duration")]
+    Overflow {
+        /// The DoF.
+        dof: usize,
+        /// The phase.
+        phase: f64,
+    },
     /// A buffer of the wrong length.
     #[error("the {what} buffer has {got} numbers and needs {expected}")]
     Buffer {

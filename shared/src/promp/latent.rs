@@ -53,6 +53,19 @@ impl<T> Row<T> {
     }
 }
 
+impl<T: Real> Row<T> {
+    /// `Ok` when what was computed for this row is finite.
+    pub(super) fn bounded(&self, finite: bool) -> Result<(), RowError> {
+        if finite {
+            return Ok(());
+        }
+        Err(RowError::Overflow {
+            dof: self.dof,
+            phase: self.phase.widen(),
+        })
+    }
+}
+
 /// The latent space `w = mu + L z` that all skills of a model share: a basis and a loading.
 #[derive(Clone, Copy, Debug)]
 pub struct Latent<'a, T> {
@@ -132,7 +145,8 @@ impl<'a, T: Real> Latent<'a, T> {
     /// `offset(psi) + a^T z`. Cost: the basis and `K * r` multiply-adds.
     ///
     /// # Errors
-    /// No such DoF, phase not finite, duration not positive and finite, a buffer of the wrong length.
+    /// No such DoF, phase not finite, duration not positive and finite, a buffer of the wrong length,
+    /// a row that the scalar cannot hold.
     pub fn row(&self, row: &Row<T>, psi: &mut [T], a: &mut [T]) -> Result<(), RowError> {
         if row.dof >= self.dofs {
             return Err(RowError::Dof {
@@ -169,7 +183,7 @@ impl<'a, T: Real> Latent<'a, T> {
                 *sum += *weight * *entry;
             }
         }
-        Ok(())
+        row.bounded(a.iter().all(|value| value.is_finite()))
     }
 }
 

@@ -85,14 +85,13 @@ impl<'a, T: Real> Trajectory<'a, T> {
     /// [`trajectory_scratch_len`] long.
     ///
     /// # Errors
-    /// As [`Latent::row`]; scratch too short.
+    /// As [`Latent::row`]; scratch too short; a result that the scalar cannot hold.
     pub fn moments(&self, row: &Row<T>, scratch: &mut [T]) -> Result<Moments<T>, RowError> {
         let [psi, a, f, _] = self.split(scratch)?;
         let mean = self.project(row, psi, a, f)?;
-        Ok(Moments {
-            mean,
-            variance: dot(f, f),
-        })
+        let variance = dot(f, f);
+        row.bounded(mean.is_finite() && variance.is_finite())?;
+        Ok(Moments { mean, variance })
     }
 
     /// Covariance between two rows: of two DoFs, two phases, a position and a velocity. In the product
@@ -110,7 +109,9 @@ impl<'a, T: Real> Trajectory<'a, T> {
         let [psi, a, f, g] = self.split(scratch)?;
         self.project(one, psi, a, f)?;
         self.project(other, psi, a, g)?;
-        Ok(dot(f, g))
+        let covariance = dot(f, g);
+        one.bounded(covariance.is_finite())?;
+        Ok(covariance)
     }
 
     /// Writes the mean weights `mu + L z` (`D * K`, DoF-major) to `out`. `D K r` multiply-adds.
