@@ -1,0 +1,17 @@
+//! Probabilistic movement primitives: bases, exact inference, recognition, against closed forms, dense
+//! algebra, and the reference values of an independent implementation.
+
+#[path = "promp/adversarial.rs"]
+mod adversarial;
+#[path = "promp/bases.rs"]
+mod bases;
+#[path = "promp/closed_form.rs"]
+mod closed_form;
+#[path = "promp/dense.rs"]
+mod dense;
+#[path = "promp/learn.rs"]
+mod learn;
+#[path = "promp/reference.rs"]
+mod reference;
+#[path = "promp/shapes.rs"]
+mod shapes;
