@@ -2,3 +2,6 @@
 //! commands a robot as an impedance.
 
 pub mod table;
+pub mod link;
+pub mod robot;
+pub mod simulate;
