@@ -1,5 +1,7 @@
 //! Where the suites find reference values and real recordings, and how they read them.
 
+pub mod frames;
+
 use std::path::PathBuf;
 
 /// The folder with `data` and `reference` beside the project, or what `TONUS_DATA` names.
