@@ -194,12 +194,18 @@ fn f32_stands_a_tenth_of_a_millimetre() {
     assert!(worst_of_f32(1e-8) < 1e-2);
 }
 
-fn recognise<T: Real>(model: &Model<T>, key: &str) -> (Vec<f64>, Vec<f64>, usize, Vec<Vec<(f64, f64)>>) {
+fn recognise<T: Real>(
+    model: &Model<T>,
+    key: &str,
+) -> (Vec<f64>, Vec<f64>, usize, Vec<Vec<(f64, f64)>>) {
     let skills = model.skills();
     let mut mixture = mixture(model, &skills);
     let seen = &CONVENTION[key];
     let noise = numbers(&seen["R_diag"]);
-    for (phase, values) in numbers(&seen["s"]).iter().zip(seen["y"].as_array().unwrap()) {
+    for (phase, values) in numbers(&seen["s"])
+        .iter()
+        .zip(seen["y"].as_array().unwrap())
+    {
         for (dof, value) in numbers(values).iter().enumerate() {
             observe(&mut mixture, dof, *phase, *value, noise[dof]);
         }
@@ -248,7 +254,10 @@ fn trajectory_of_the_recognised_skill_agrees() {
             let means = expected.column(&format!("mean_{dof}"));
             let stds = expected.column(&format!("std_{dof}"));
             for (i, (mean, std)) in points.into_iter().enumerate() {
-                assert!((mean - means[i]).abs() < 1e-7 * spread[i], "{key} {dof} {i}");
+                assert!(
+                    (mean - means[i]).abs() < 1e-7 * spread[i],
+                    "{key} {dof} {i}"
+                );
                 assert!((std - stds[i]).abs() < 1e-7 * spread[i], "{key} {dof} {i}");
             }
         }
