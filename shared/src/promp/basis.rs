@@ -98,6 +98,11 @@ impl Basis {
         self.family
     }
 
+    /// Whether the functions sum to one at every phase.
+    pub(super) const fn sums_to_one(&self) -> bool {
+        !matches!(self.family, Family::Fourier)
+    }
+
     /// Writes `psi(phase)` to `out` (`K` long). Cost: `K` exponentials (Gaussian), `K - 1` sines and
     /// cosines (Fourier), `K^2` multiply-adds (Bernstein).
     ///
