@@ -1,5 +1,9 @@
 //! Probabilistic movement primitives: bases, exact inference, recognition, against closed forms, dense
 //! algebra, and the reference values of an independent implementation.
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test's helpers may stop it; clippy exempts test functions only"
+)]
 
 #[path = "promp/adversarial.rs"]
 mod adversarial;

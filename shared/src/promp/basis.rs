@@ -98,6 +98,11 @@ impl Basis {
         self.family
     }
 
+    /// Whether the functions sum to one at every phase.
+    pub(super) const fn sums_to_one(&self) -> bool {
+        !matches!(self.family, Family::Fourier)
+    }
+
     /// Writes `psi(phase)` to `out` (`K` long). Cost: `K` exponentials (Gaussian), `K - 1` sines and
     /// cosines (Fourier), `K^2` multiply-adds (Bernstein).
     ///
@@ -106,7 +111,9 @@ impl Basis {
     pub fn values<T: Real>(&self, phase: T, out: &mut [T]) -> Result<(), RowError> {
         self.check(phase, out)?;
         match self.family {
-            Family::Gaussian { width } => gaussian(ended(phase), T::of(width), out),
+            Family::Gaussian { width } => {
+                gaussian(ended(phase), T::of(width), out);
+            }
             Family::Fourier => fourier(phase, out),
             Family::Bernstein => bernstein(ended(phase), out),
         }
@@ -152,48 +159,62 @@ fn ended<T: Real>(phase: T) -> T {
     phase.clamp(T::zero(), T::one())
 }
 
-/// `linspace(0, 1, count)`; one centre alone lies at 0.
-fn centers<T: Real>(count: usize) -> impl Iterator<Item = T> {
-    let step = T::one() / T::of(count.saturating_sub(1).max(1) as f64);
-    core::iter::successors(Some(T::zero()), |index| Some(*index + T::one()))
-        .take(count)
-        .map(move |index| index * step)
+/// Where a phase lies among `linspace(0, 1, count)`, in units of the distance between centres.
+struct Grid<T> {
+    /// Distance between centres, phase.
+    spacing: T,
+    /// The phase less the nearest centre, in spacings: at most a half.
+    offset: T,
+    /// The first centre less the nearest one, in spacings: whole, so counting up from it is exact.
+    first: T,
 }
 
-/// Exponents are taken relative to that of the nearest centre `c_m`, in factored form
-/// `(c_k - c_m)(2 s - c_k - c_m) / (2 h)`: the largest is 0, so the sum is at least one and narrow
-/// functions cannot all underflow between two centres.
-fn gaussian<T: Real>(phase: T, width: T, out: &mut [T]) {
-    let count = out.len();
-    let nearest = centers::<T>(count).fold(T::zero(), |best, center| {
-        if (phase - center).abs() < (phase - best).abs() {
-            center
-        } else {
-            best
+impl<T: Real> Grid<T> {
+    fn new(phase: T, count: usize) -> Self {
+        let intervals = T::of(count.saturating_sub(1) as f64);
+        let position = phase * intervals;
+        let nearest = position.round();
+        Self {
+            spacing: T::one() / intervals.max(T::one()),
+            offset: position - nearest,
+            first: -nearest,
         }
-    });
-    let half_inverse = T::of(0.5) / width;
+    }
+
+    /// `(c_k - c_nearest) / spacing` for `k` from 0 on.
+    fn steps(&self) -> impl Iterator<Item = T> {
+        core::iter::successors(Some(self.first), |step| Some(*step + T::one()))
+    }
+}
+
+/// Exponents are taken relative to that of the nearest centre, in factored form: with centre `i` steps
+/// and the phase `x` steps from it, `i (2 x - i) spacing^2 / (2 h)`. The largest is 0, so the sum is at
+/// least one and narrow functions cannot all underflow between two centres.
+fn gaussian<T: Real>(phase: T, width: T, out: &mut [T]) -> Grid<T> {
+    let grid = Grid::new(phase, out.len());
+    let scale = T::of(0.5) * grid.spacing * grid.spacing / width;
+    let twice = grid.offset + grid.offset;
     let mut sum = T::zero();
-    for (psi, center) in out.iter_mut().zip(centers::<T>(count)) {
-        let exponent = (center - nearest) * (phase + phase - center - nearest) * half_inverse;
-        *psi = exponent.exp();
+    for (psi, step) in out.iter_mut().zip(grid.steps()) {
+        *psi = (step * (twice - step) * scale).exp();
         sum += *psi;
     }
     for psi in out {
         *psi /= sum;
     }
+    grid
 }
 
 /// `psi_k' = psi_k (c_k - sum_j psi_j c_j) / h`: the common `-s / h` of every log-derivative cancels.
 fn gaussian_derivative<T: Real>(phase: T, width: T, out: &mut [T]) {
-    gaussian(phase, width, out);
-    let count = out.len();
-    let mean_center = out
+    let grid = gaussian(phase, width, out);
+    let mean = out
         .iter()
-        .zip(centers::<T>(count))
-        .fold(T::zero(), |sum, (psi, center)| sum + *psi * center);
-    for (psi, center) in out.iter_mut().zip(centers::<T>(count)) {
-        *psi *= (center - mean_center) / width;
+        .zip(grid.steps())
+        .fold(T::zero(), |sum, (psi, step)| sum + *psi * step);
+    let scale = grid.spacing / width;
+    for (psi, step) in out.iter_mut().zip(grid.steps()) {
+        *psi *= (step - mean) * scale;
     }
 }
 

@@ -117,7 +117,9 @@ pub enum RowError {
         duration_s: f64,
     },
     /// The row or what the model says about it exceeds the scalar.
-    #[error("DoF {dof} at phase {phase} overflows the scalar: check the loading's units and the duration")]
+    #[error(
+        "DoF {dof} at phase {phase} overflows the scalar: check the loading's units and the duration"
+    )]
     Overflow {
         /// The DoF.
         dof: usize,

@@ -284,15 +284,37 @@ impl<'a, T: Real> Skill<'a, T> {
 
     /// The row's value at `z = 0`: `psi^T mu_d`, with `psi` from [`Latent::row`]. `K` multiply-adds.
     ///
+    /// Where the functions sum to one (their derivatives to zero) the sum is taken about the weight `c`
+    /// under the largest of them, `c + psi^T (mu_d - c)`: the rounding of `psi` and of the sum then falls
+    /// on small differences, which halves the error of `f32` after many observations.
+    ///
     /// # Errors
     /// No such DoF.
-    pub fn offset(&self, dof: usize, psi: &[T]) -> Result<T, RowError> {
+    pub fn offset(&self, basis: &Basis, row: &Row<T>, psi: &[T]) -> Result<T, RowError> {
         let dofs = self.residual_variance.len();
-        self.weight_mean
-            .chunks_exact(self.weight_mean.len() / dofs)
-            .nth(dof)
-            .map(|mean| dot(psi, mean))
-            .ok_or(RowError::Dof { dof, dofs })
+        let mean = self
+            .weight_mean
+            .chunks_exact(basis.count())
+            .nth(row.dof)
+            .ok_or(RowError::Dof { dof: row.dof, dofs })?;
+        if !basis.sums_to_one() {
+            return Ok(dot(psi, mean));
+        }
+        let pairs = || psi.iter().zip(mean);
+        let (_, center) = pairs().fold((T::zero(), T::zero()), |best, (value, weight)| {
+            if *value > best.0 {
+                (*value, *weight)
+            } else {
+                best
+            }
+        });
+        let sum = match row.order {
+            Order::Position => center,
+            Order::Velocity { .. } => T::zero(),
+        };
+        Ok(pairs().fold(T::zero(), |sum, (value, weight)| {
+            sum + *value * (*weight - center)
+        }) + sum)
     }
 
     /// What the skill adds to the noise of an observation of `row`: its residual variance for a

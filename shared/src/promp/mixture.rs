@@ -81,7 +81,7 @@ impl<'a, T: Real, B: AsRef<[T]> + AsMut<[T]>> Mixture<'a, T, B> {
     }
 
     /// Conditions every skill on one observed number. The row is computed once. Cost for `Q` skills:
-    /// `K r + Q (K + 3 r^2)` multiply-adds and one basis; memory [`mixture_len`], no stack to speak of.
+    /// `K r + Q (K + 3 r^2)` multiply-adds and one basis; memory [`mixture_len`].
     ///
     /// # Errors
     /// As [`Belief::condition`] and [`Latent::row`]. If any skill refuses, none changes.
@@ -97,7 +97,7 @@ impl<'a, T: Real, B: AsRef<[T]> + AsMut<[T]>> Mixture<'a, T, B> {
         let (psi, a, blocks) = self.split();
         latent.row(&row, psi, a)?;
         for (skill, block) in skills.iter().zip(blocks.chunks_exact_mut(belief_len(rank))) {
-            let offset = skill.offset(row.dof, psi)?;
+            let offset = skill.offset(latent.basis(), &row, psi)?;
             let noise = variance + skill.residual(&row);
             Belief::view(rank, block).prepare(a, offset, value, noise)?;
         }

@@ -149,7 +149,7 @@ impl<'a, T: Real> Trajectory<'a, T> {
             Some(root) => project(root, a, f),
             None => f.copy_from_slice(a),
         }
-        let offset = self.skill.offset(row.dof, psi)?;
+        let offset = self.skill.offset(self.latent.basis(), row, psi)?;
         Ok(self.mean.map_or(offset, |z| offset + dot(a, z)))
     }
 

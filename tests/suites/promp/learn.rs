@@ -56,9 +56,7 @@ impl Demonstrations {
         // Least squares on the stacked system [psi; sqrt(ridge) I], by QR: no normal equations.
         let mut stacked = DMatrix::zeros(samples + BASIS, BASIS);
         stacked.rows_mut(0, samples).copy_from(&psi);
-        stacked
-            .rows_mut(samples, BASIS)
-            .fill_diagonal(RIDGE.sqrt());
+        stacked.rows_mut(samples, BASIS).fill_diagonal(RIDGE.sqrt());
         let qr = stacked.qr();
         let count = table.rows.len() / samples;
         let mut weights = DMatrix::zeros(count, dofs.len() * BASIS);

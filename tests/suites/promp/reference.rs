@@ -28,6 +28,9 @@ fn table(name: &str) -> Table {
     Table::read(&tonus_tests::reference().join(name))
 }
 
+/// Mean and standard deviation, by DoF and phase.
+type Curves = Vec<Vec<(f64, f64)>>;
+
 fn numbers(value: &Value) -> Vec<f64> {
     value
         .as_array()
@@ -71,7 +74,7 @@ fn observe_200<T: Real>(mixture: &mut Mixture<'_, T, Vec<T>>, variance: f64) {
 }
 
 /// Mean and standard deviation of every DoF at every phase of `phases`, DoF by DoF.
-fn curve<T: Real>(trajectory: &Trajectory<'_, T>, phases: &[f64]) -> Vec<Vec<(f64, f64)>> {
+fn curve<T: Real>(trajectory: &Trajectory<'_, T>, phases: &[f64]) -> Curves {
     let rank = DEMONSTRATIONS.weights.nrows();
     let mut scratch = vec![T::zero(); trajectory_scratch_len(BASIS, rank)];
     (0..DEMONSTRATIONS.dofs.len())
@@ -194,26 +197,37 @@ fn f32_stands_a_tenth_of_a_millimetre() {
     assert!(worst_of_f32(1e-8) < 1e-2);
 }
 
-fn recognise<T: Real>(model: &Model<T>, key: &str) -> (Vec<f64>, Vec<f64>, usize, Vec<Vec<(f64, f64)>>) {
+/// What a mixture says after the observations of one case.
+struct Answer {
+    log_joint: Vec<f64>,
+    log_posterior: Vec<f64>,
+    most_likely: usize,
+    /// Of the most likely skill.
+    curves: Curves,
+}
+
+fn recognise<T: Real>(model: &Model<T>, key: &str) -> Answer {
     let skills = model.skills();
     let mut mixture = mixture(model, &skills);
     let seen = &CONVENTION[key];
     let noise = numbers(&seen["R_diag"]);
-    for (phase, values) in numbers(&seen["s"]).iter().zip(seen["y"].as_array().unwrap()) {
+    let rows = seen["y"].as_array().unwrap();
+    for (phase, values) in numbers(&seen["s"]).iter().zip(rows) {
         for (dof, value) in numbers(values).iter().enumerate() {
             observe(&mut mixture, dof, *phase, *value, noise[dof]);
         }
     }
     let mut posterior = vec![T::zero(); skills.len()];
     mixture.log_posterior(&mut posterior).unwrap();
-    let joint = (0..skills.len()).map(|q| mixture.log_joint(q).unwrap().widen());
-    let best = mixture.most_likely();
-    let curve = curve(
-        &mixture.trajectory(best).unwrap(),
-        &table("prior.csv").column("s"),
-    );
-    let posterior = posterior.iter().map(|p| p.widen()).collect();
-    (joint.collect(), posterior, best, curve)
+    let joint = |q| mixture.log_joint(q).unwrap().widen();
+    let most_likely = mixture.most_likely();
+    let best = mixture.trajectory(most_likely).unwrap();
+    Answer {
+        log_joint: (0..skills.len()).map(joint).collect(),
+        log_posterior: posterior.iter().map(|p| p.widen()).collect(),
+        most_likely,
+        curves: curve(&best, &table("prior.csv").column("s")),
+    }
 }
 
 #[test]
@@ -221,10 +235,13 @@ fn mixture_agrees() {
     let model = Model::classes(&DEMONSTRATIONS, 3);
     for key in ["mixture_pos3", "mixture_pos3stiff3"] {
         let seen = &CONVENTION[key];
-        let (joint, posterior, best, _) = recognise(&model, key);
+        let answer = recognise(&model, key);
         let pairs = [
-            (joint, numbers(&seen["log_prior_plus_joint_loglik"])),
-            (posterior, numbers(&seen["log_posterior"])),
+            (
+                answer.log_joint,
+                numbers(&seen["log_prior_plus_joint_loglik"]),
+            ),
+            (answer.log_posterior, numbers(&seen["log_posterior"])),
         ];
         for (got, expected) in pairs {
             for (g, e) in got.iter().zip(&expected) {
@@ -232,7 +249,7 @@ fn mixture_agrees() {
                 assert!((g - e).abs() <= 1e-7 * e.abs().max(1.0), "{g} {e}");
             }
         }
-        assert_eq!(best as u64, seen["argmax"].as_u64().unwrap());
+        assert_eq!(answer.most_likely as u64, seen["argmax"].as_u64().unwrap());
     }
 }
 
@@ -242,13 +259,16 @@ fn trajectory_of_the_recognised_skill_agrees() {
     for key in ["mixture_pos3", "mixture_pos3stiff3"] {
         let expected = table(&format!("{key}_posterior.csv"));
         let prior = table("prior.csv");
-        let (_, _, _, curve) = recognise(&model, key);
+        let curve = recognise(&model, key).curves;
         for (dof, points) in DEMONSTRATIONS.dofs.iter().zip(curve) {
             let spread = prior.column(&format!("std_{dof}"));
             let means = expected.column(&format!("mean_{dof}"));
             let stds = expected.column(&format!("std_{dof}"));
             for (i, (mean, std)) in points.into_iter().enumerate() {
-                assert!((mean - means[i]).abs() < 1e-7 * spread[i], "{key} {dof} {i}");
+                assert!(
+                    (mean - means[i]).abs() < 1e-7 * spread[i],
+                    "{key} {dof} {i}"
+                );
                 assert!((std - stds[i]).abs() < 1e-7 * spread[i], "{key} {dof} {i}");
             }
         }
@@ -259,12 +279,15 @@ fn trajectory_of_the_recognised_skill_agrees() {
 fn mixture_in_f32_gives_the_same_answer() {
     let narrow = Model::classes(&DEMONSTRATIONS, 3).narrow();
     for key in ["mixture_pos3", "mixture_pos3stiff3"] {
-        let (joint, _, best, _) = recognise(&narrow, key);
+        let answer = recognise(&narrow, key);
         let expected = numbers(&CONVENTION[key]["log_prior_plus_joint_loglik"]);
-        for (g, e) in joint.iter().zip(&expected) {
+        for (g, e) in answer.log_joint.iter().zip(&expected) {
             println!("{key} in f32: {g} against {e}");
             assert!((g - e).abs() < 1e-3 * e.abs().max(1.0), "{g} {e}");
         }
-        assert_eq!(best as u64, CONVENTION[key]["argmax"].as_u64().unwrap());
+        assert_eq!(
+            answer.most_likely as u64,
+            CONVENTION[key]["argmax"].as_u64().unwrap()
+        );
     }
 }
