@@ -8,6 +8,8 @@
 
 use std::path::{Path, PathBuf};
 
+#[path = "semg/bursts.rs"]
+mod bursts;
 #[path = "semg/delay.rs"]
 mod delay;
 #[path = "semg/designs.rs"]

@@ -12,7 +12,7 @@ use crate::envelopes::stream;
 use crate::{column, table};
 
 /// Onset and offset times, s. A burst still under way at the end has no offset and is not counted.
-fn bursts<T: Real>(config: &BurstConfig, envelope: &[f64]) -> Vec<(f64, f64)> {
+pub(crate) fn bursts<T: Real>(config: &BurstConfig, envelope: &[f64]) -> Vec<(f64, f64)> {
     let detector = BurstDetector::<T>::new(config).unwrap();
     let mut state = BurstState::new();
     let (mut onset, mut found) = (0, Vec::new());
