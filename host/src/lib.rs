@@ -5,3 +5,4 @@ pub mod table;
 pub mod link;
 pub mod robot;
 pub mod simulate;
+pub mod envelope;
