@@ -1,2 +1,7 @@
 //! The host: joins the wearable's packets with the hand's position, learns and recognises skills, and
 //! commands a robot as an impedance.
+
+pub mod table;
+pub mod link;
+pub mod robot;
+pub mod simulate;

@@ -1,5 +1,7 @@
 //! Where the suites find reference values and real recordings, and how they read them.
 
+pub mod frames;
+
 use std::path::PathBuf;
 
 /// The folder with `data` and `reference` beside the project, or what `TONUS_DATA` names.
@@ -18,6 +20,21 @@ pub fn recordings() -> PathBuf {
     assert!(
         path.is_dir(),
         "recordings not found at {}: set TONUS_DATA to the folder that holds them",
+        path.display()
+    );
+    path
+}
+
+/// The folder with the reference values, beside the recordings.
+///
+/// # Panics
+/// When the folder does not exist.
+#[must_use]
+pub fn reference() -> PathBuf {
+    let path = recordings().join("../reference");
+    assert!(
+        path.is_dir(),
+        "reference values not found at {}",
         path.display()
     );
     path

@@ -1,0 +1,1 @@
+//! Bursts: when a muscle is active, from its envelope alone.
