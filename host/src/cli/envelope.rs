@@ -17,6 +17,9 @@ const NOTCH_Q: f64 = 30.0;
 /// Columns that are never sEMG.
 const NOT_SIGNALS: [&str; 3] = ["t_s", "label", "trial"];
 
+/// Largest difference between `--rate` and the rate of `t_s`, as a share: recordings drift, units do not.
+const RATE_TOLERANCE: f64 = 0.05;
+
 const EXAMPLE: &str = "Example:
   tonus envelope lift.csv --rate 1000 --channels emg0,emg1 --notch 50 -o lift_envelope.csv
 
@@ -218,10 +221,33 @@ impl EnvelopeArgs {
         Ok(signals)
     }
 
+    /// Filters designed for another rate than the recording's would be quietly wrong.
+    fn check_rate(&self, times: &[f64]) -> anyhow::Result<()> {
+        let (Some(first), Some(last)) = (times.first(), times.last()) else {
+            return Ok(());
+        };
+        #[allow(
+            clippy::cast_precision_loss,
+            reason = "recordings are far below 2^52 samples"
+        )]
+        let measured_hz = (times.len() - 1) as f64 / (last - first);
+        let agrees = (measured_hz / self.rate - 1.0).abs() <= RATE_TOLERANCE;
+        if times.len() > 1 && !agrees {
+            bail!(
+                "{}: t_s runs at {measured_hz:.1} samples/s, but --rate says {}",
+                self.input.display(),
+                self.rate
+            );
+        }
+        Ok(())
+    }
+
     /// `t_s` of the recording, or the sample number over the rate where it has none.
     fn times(&self, table: &Table) -> anyhow::Result<Vec<f64>> {
         if table.columns().iter().any(|name| name == "t_s") {
-            return Ok(table.numbers("t_s")?);
+            let times = table.numbers("t_s")?;
+            self.check_rate(&times)?;
+            return Ok(times);
         }
         #[allow(
             clippy::cast_precision_loss,
