@@ -6,4 +6,5 @@
 )]
 
 mod amplitude;
+mod chain;
 mod difficulty;
