@@ -297,3 +297,10 @@ fn set_up_errors_name_the_part() {
     ));
     assert!(matches!(arm(0.5, 1e-3), PipelineError::RestingStiffness(_)));
 }
+
+/// The chip has 256 KiB; the documentation promises 2.3 kB per channel and 4 kB besides.
+#[test]
+fn it_fits_the_memory_that_is_promised() {
+    assert!(size_of::<Pipeline<1>>() <= 6_300);
+    assert!(size_of::<Pipeline<8>>() <= 22_400);
+}
