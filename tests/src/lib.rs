@@ -36,3 +36,18 @@ pub fn seeded(cases: u32) -> proptest::test_runner::Config {
         ..Default::default()
     }
 }
+
+/// The folder with the reference values, beside the recordings.
+///
+/// # Panics
+/// When the folder does not exist.
+#[must_use]
+pub fn reference() -> PathBuf {
+    let path = recordings().join("../reference");
+    assert!(
+        path.is_dir(),
+        "reference values not found at {}",
+        path.display()
+    );
+    path
+}

@@ -40,8 +40,8 @@ pub struct ArmPosture<T: Real> {
 }
 
 impl<T: Real> ArmPosture<T> {
-    /// From angles, rad: shoulder flexion about -y, then rotation to the left about the new x, then rotation
-    /// about the upper arm's long axis, then elbow flexion. All zero is the hanging arm.
+    /// From angles, rad: shoulder flexion about -y, then rotation to the left about the new x, then
+    /// rotation about the upper arm's long axis, then elbow flexion. All zero is the hanging arm.
     ///
     /// # Errors
     /// [`PostureError::NonFinite`], [`PostureError::ElbowAngle`].

@@ -29,8 +29,8 @@ impl<T: Real> CoContraction<T> {
     }
 
     /// Illustrative parameters, of no particular person: with them and
-    /// [`ArmStiffness::illustrative`](super::ArmStiffness::illustrative) the joints go from 12 to 22 N m/rad
-    /// over the activation's range.
+    /// [`ArmStiffness::illustrative`](super::ArmStiffness::illustrative) the joints go from 12 to 22 N
+    /// m/rad over the activation's range.
     pub(super) fn illustrative() -> Self {
         Self {
             l1: T::of(0.7),
@@ -38,19 +38,10 @@ impl<T: Real> CoContraction<T> {
         }
     }
 
-    /// The gain l1.
-    pub fn l1(&self) -> T {
-        self.l1
-    }
-
-    /// The slope l2.
-    pub fn l2(&self) -> T {
-        self.l2
-    }
-
     /// The co-contraction index `c` (eq. 8) at activation `e` (eq. 4), or `None` if `e` is not finite.
     ///
-    /// A negative activation, which subtracting the rest level leaves now and then, counts as rest: `c = 1`.
+    /// A negative activation, which subtracting the rest level leaves now and then, counts as rest: `c =
+    /// 1`.
     pub fn index(&self, activation: T) -> Option<T> {
         if !activation.is_finite() {
             return None;

@@ -38,9 +38,7 @@ mod posture;
 mod segments;
 
 pub use arm::{ArmPosture, ELBOW_MAX_RAD, ElbowSource, GRAVITY_M_S2};
-pub use cartesian::{
-    BLEND_RAD, DAMPING_M_PER_RAD, MARGIN, STRAIGHT_ARM_N_PER_M, cartesian_stiffness,
-};
+pub use cartesian::{BLEND_RAD, cartesian_stiffness};
 pub use co_contraction::CoContraction;
 pub use error::{ParameterError, PostureError, StiffnessError};
 pub use person::{ArmStiffness, Stiffness};

@@ -9,8 +9,8 @@ use crate::Real;
 
 /// The parameters of one person's arm.
 ///
-/// `l1`, `l2` and the joint stiffness at rest are identified per person and electrode placement; nobody's are
-/// universal.
+/// `l1`, `l2` and the joint stiffness at rest are identified per person and electrode placement; nobody's
+/// are universal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ArmStiffness<T: Real> {
     co_contraction: CoContraction<T>,
@@ -25,13 +25,14 @@ pub struct Stiffness<T: Real> {
     pub co_contraction: T,
     /// Joint stiffness (eq. 7), N m/rad: three of the shoulder, elbow; axes as in the [room](super).
     pub joint: Vector4<T>,
-    /// Cartesian stiffness at the hand (eq. 6), 3 x 3 in the shoulder frame, N/m, symmetric positive definite.
+    /// Cartesian stiffness at the hand (eq. 6), 3 x 3 in the shoulder frame, N/m, symmetric positive
+    /// definite.
     pub cartesian: Matrix3<T>,
 }
 
 impl<T: Real> ArmStiffness<T> {
-    /// Holds a person's co-contraction curve, joint stiffness at rest (`Kbar` of eq. 7, the diagonal, N m/rad,
-    /// each above 0 and at most 1000) and arm segments.
+    /// Holds a person's co-contraction curve, joint stiffness at rest (`Kbar` of eq. 7, the diagonal, N
+    /// m/rad, each above 0 and at most 1000) and arm segments.
     ///
     /// # Errors
     /// [`ParameterError::JointStiffness`].
@@ -55,9 +56,9 @@ impl<T: Real> ArmStiffness<T> {
         })
     }
 
-    /// **Illustrative** parameters, of no particular person: 75 kg, 1.75 m, 13 N m/rad about the two axes across
-    /// the upper arm and 12 about its length and at the elbow when at rest, 20 to 22 when tense. Calibrate before
-    /// reading absolute numbers off them.
+    /// **Illustrative** parameters, of no particular person: 75 kg, 1.75 m, 13 N m/rad about the two axes
+    /// across the upper arm and 12 about its length and at the elbow when at rest, 20 to 22 when tense.
+    /// Calibrate before reading absolute numbers off them.
     pub fn illustrative() -> Self {
         let (across, other) = (T::of(13.0), T::of(12.0));
         Self {

@@ -65,8 +65,9 @@ impl<T: Real> ArmPosture<T> {
     /// shoulder frame, m).
     ///
     /// Together they say more than four angles can follow. The hand is trusted: the posture reaches it,
-    /// and its distance gives the elbow angle. The orientation, whose yaw drifts, only chooses the swivel: the one
-    /// that makes the upper arm's rotation nearest to the measured one (largest trace of `R^T R_measured`).
+    /// and its distance gives the elbow angle. The orientation, whose yaw drifts, only chooses the
+    /// swivel: the one that makes the upper arm's rotation nearest to the measured one (largest trace of
+    /// `R^T R_measured`).
     ///
     /// # Errors
     /// [`PostureError::NonFinite`], [`PostureError::NotUnit`], [`PostureError::OutOfReach`],

@@ -1,0 +1,385 @@
+//! CSV files with a header line: read whole, every error with its file, line and column.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::fs::File;
+use std::io::Read;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+/// A cell of a CSV file. Lines are counted from 1, the header line included.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// The file as the caller named it.
+    pub file: PathBuf,
+    /// Line in the file, from 1.
+    pub line: u64,
+    /// Name of the column.
+    pub column: String,
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let file = self.file.display();
+        write!(f, "{file}:{}: column `{}`", self.line, self.column)
+    }
+}
+
+/// Why a CSV file cannot be used. The messages name file, line and column as far as they exist.
+#[derive(Debug, thiserror::Error)]
+pub enum TableError {
+    /// The file cannot be opened or read.
+    #[error("{}: cannot be read", file.display())]
+    Io {
+        /// The file.
+        file: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// Nothing in the file, not even a header.
+    #[error("{}: empty, it needs a header line and rows", file.display())]
+    Empty {
+        /// The file.
+        file: PathBuf,
+    },
+    /// A header and nothing else.
+    #[error("{}: no rows after the header line", file.display())]
+    NoRows {
+        /// The file.
+        file: PathBuf,
+    },
+    /// A column without a name.
+    #[error("{}:1: column {number} has no name", file.display())]
+    UnnamedColumn {
+        /// The file.
+        file: PathBuf,
+        /// Its number from 1.
+        number: usize,
+    },
+    /// One name on two columns.
+    #[error("{}:1: column `{name}` appears twice, as number {first} and {second}", file.display())]
+    DuplicateColumn {
+        /// The file.
+        file: PathBuf,
+        /// The name.
+        name: String,
+        /// Number of the first, from 1.
+        first: usize,
+        /// Number of the second, from 1.
+        second: usize,
+    },
+    /// A column that was asked for is not there.
+    #[error("{}:1: no column `{name}`; present: {}", file.display(), present.join(", "))]
+    MissingColumn {
+        /// The file.
+        file: PathBuf,
+        /// The name asked for.
+        name: String,
+        /// The names in the header.
+        present: Vec<String>,
+    },
+    /// A row with more or fewer cells than the header.
+    #[error("{}:{line}: {found} cells, but the header has {expected}", file.display())]
+    Ragged {
+        /// The file.
+        file: PathBuf,
+        /// Line, from 1.
+        line: u64,
+        /// Columns in the header.
+        expected: u64,
+        /// Cells in the row.
+        found: u64,
+    },
+    /// Bytes that are not UTF-8.
+    #[error("{}:{line}: cell {number} is not UTF-8 text", file.display())]
+    NotUtf8 {
+        /// The file.
+        file: PathBuf,
+        /// Line, from 1.
+        line: u64,
+        /// Cell in the row, from 1.
+        number: usize,
+    },
+    /// A cell that should hold a number holds nothing.
+    #[error("{place}: empty, a number is needed")]
+    EmptyCell {
+        /// Where.
+        place: Place,
+    },
+    /// A cell that should hold a number holds something else.
+    #[error("{place}: `{text}` is not a number")]
+    NotANumber {
+        /// Where.
+        place: Place,
+        /// What it holds (its first 40 characters).
+        text: String,
+    },
+    /// NaN or an infinity.
+    #[error("{place}: {value} is not finite")]
+    NotFinite {
+        /// Where.
+        place: Place,
+        /// What it holds.
+        value: f64,
+    },
+    /// A time that does not come after the one before it.
+    #[error("{place}: {value} does not come after {previous}; times must strictly increase")]
+    NotIncreasing {
+        /// Where.
+        place: Place,
+        /// The time before.
+        previous: f64,
+        /// The time here.
+        value: f64,
+    },
+}
+
+/// A CSV file in memory: a header with distinct names, and at least one row, all of the header's length.
+///
+/// Cells stay text until a column is asked for as numbers, so that columns nobody uses may hold anything.
+#[derive(Clone, Debug)]
+pub struct Table {
+    file: PathBuf,
+    columns: Vec<String>,
+    rows: Vec<csv::StringRecord>,
+    lines: Vec<u64>,
+}
+
+impl Table {
+    /// Reads the file at `path`.
+    ///
+    /// # Errors
+    /// When it cannot be read, or is not a table: see [`Table::read`].
+    pub fn open(path: &Path) -> Result<Self, TableError> {
+        let opened = File::open(path).map_err(|source| TableError::Io {
+            file: path.to_owned(),
+            source,
+        })?;
+        Self::read(opened, path)
+    }
+
+    /// Reads a table from `input`; `file` is the name its errors carry.
+    ///
+    /// # Errors
+    /// When reading fails, there is no header or no row, a column has no name or another's, a row is
+    /// not of the header's length, or the text is not UTF-8.
+    pub fn read(mut input: impl Read, file: &Path) -> Result<Self, TableError> {
+        let mut bytes = Vec::new();
+        input
+            .read_to_end(&mut bytes)
+            .map_err(|source| TableError::Io {
+                file: file.to_owned(),
+                source,
+            })?;
+        let mut reader = csv::ReaderBuilder::new()
+            .trim(csv::Trim::All)
+            .from_reader(bytes.as_slice());
+        let header = reader
+            .headers()
+            .map_err(|error| refused(error, file, &bytes))?
+            .clone();
+        let columns = column_names(&header, file)?;
+        let mut rows = Vec::new();
+        let mut lines = Vec::new();
+        let mut record = csv::StringRecord::new();
+        while reader
+            .read_record(&mut record)
+            .map_err(|error| refused(error, file, &bytes))?
+        {
+            lines.push(line_of(record.position(), &bytes));
+            rows.push(record.clone());
+        }
+        if rows.is_empty() {
+            return Err(TableError::NoRows {
+                file: file.to_owned(),
+            });
+        }
+        Ok(Self {
+            file: file.to_owned(),
+            columns,
+            rows,
+            lines,
+        })
+    }
+
+    /// The file, as it was named when the table was read.
+    #[must_use]
+    pub fn file(&self) -> &Path {
+        &self.file
+    }
+
+    /// Column names in the file's order.
+    #[must_use]
+    pub fn columns(&self) -> &[String] {
+        &self.columns
+    }
+
+    /// Number of rows, at least 1; the header does not count.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// A column as text, one entry per row.
+    ///
+    /// # Errors
+    /// When there is no such column.
+    pub fn text(&self, column: &str) -> Result<Vec<&str>, TableError> {
+        let number = self.find(column)?;
+        Ok(self
+            .rows
+            .iter()
+            .map(|row| row.get(number).unwrap_or(""))
+            .collect())
+    }
+
+    /// A column as finite numbers, one per row.
+    ///
+    /// # Errors
+    /// When there is no such column, or a cell is empty, not a number, NaN or infinite.
+    pub fn numbers(&self, column: &str) -> Result<Vec<f64>, TableError> {
+        let cells = self.numbers_or_gaps(column)?;
+        let filled = cells.into_iter().enumerate().map(|(row, cell)| {
+            cell.ok_or_else(|| TableError::EmptyCell {
+                place: self.place(row, column),
+            })
+        });
+        filled.collect()
+    }
+
+    /// A column as finite numbers, with `None` where the cell is empty.
+    ///
+    /// # Errors
+    /// When there is no such column, or a cell is not a number, NaN or infinite.
+    pub fn numbers_or_gaps(&self, column: &str) -> Result<Vec<Option<f64>>, TableError> {
+        let cells = self.text(column)?.into_iter().enumerate();
+        cells
+            .map(|(row, text)| self.number(row, column, text))
+            .collect()
+    }
+
+    /// Refuses `times_s` unless they strictly increase within `rows` (row numbers from 0).
+    ///
+    /// `times_s` holds the numbers of `column` for the whole table; `rows` beyond its end are not looked at.
+    ///
+    /// # Errors
+    /// [`TableError::NotIncreasing`] at the first time that does not come after its predecessor.
+    pub fn strictly_increasing(
+        &self,
+        column: &str,
+        times_s: &[f64],
+        rows: Range<usize>,
+    ) -> Result<(), TableError> {
+        for row in rows.start + 1..rows.end.min(times_s.len()) {
+            let (previous, value) = (times_s[row - 1], times_s[row]);
+            if value <= previous {
+                let place = self.place(row, column);
+                return Err(TableError::NotIncreasing {
+                    place,
+                    previous,
+                    value,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Where the cell of `column` in row `row` (from 0) stands in the file.
+    #[must_use]
+    pub fn place(&self, row: usize, column: &str) -> Place {
+        Place {
+            file: self.file.clone(),
+            line: self.lines.get(row).copied().unwrap_or(0),
+            column: column.to_owned(),
+        }
+    }
+
+    fn find(&self, column: &str) -> Result<usize, TableError> {
+        let found = self.columns.iter().position(|name| name == column);
+        found.ok_or_else(|| TableError::MissingColumn {
+            file: self.file.clone(),
+            name: column.to_owned(),
+            present: self.columns.clone(),
+        })
+    }
+
+    fn number(&self, row: usize, column: &str, text: &str) -> Result<Option<f64>, TableError> {
+        if text.is_empty() {
+            return Ok(None);
+        }
+        let value: f64 = text.parse().map_err(|_| TableError::NotANumber {
+            place: self.place(row, column),
+            text: text.chars().take(40).collect(),
+        })?;
+        if value.is_finite() {
+            Ok(Some(value))
+        } else {
+            let place = self.place(row, column);
+            Err(TableError::NotFinite { place, value })
+        }
+    }
+}
+
+fn column_names(header: &csv::StringRecord, file: &Path) -> Result<Vec<String>, TableError> {
+    if header.is_empty() {
+        return Err(TableError::Empty {
+            file: file.to_owned(),
+        });
+    }
+    let mut seen = BTreeMap::new();
+    for (index, name) in header.iter().enumerate() {
+        if name.is_empty() {
+            return Err(TableError::UnnamedColumn {
+                file: file.to_owned(),
+                number: index + 1,
+            });
+        }
+        if let Some(first) = seen.insert(name, index + 1) {
+            return Err(TableError::DuplicateColumn {
+                file: file.to_owned(),
+                name: name.to_owned(),
+                first,
+                second: index + 1,
+            });
+        }
+    }
+    Ok(header.iter().map(str::to_owned).collect())
+}
+
+/// The line a record starts on. The csv crate puts the start before the blank lines it skips.
+fn line_of(position: Option<&csv::Position>, bytes: &[u8]) -> u64 {
+    let Some(position) = position else { return 1 };
+    let start = usize::try_from(position.byte()).unwrap_or(usize::MAX);
+    let rest = bytes.get(start..).unwrap_or(&[]);
+    let blank = rest.iter().take_while(|b| matches!(b, b'\r' | b'\n'));
+    position.line() + blank.filter(|&&b| b == b'\n').count() as u64
+}
+
+/// The csv crate's error as ours. Kinds that only its writer and serde side raise become `Io`.
+fn refused(error: csv::Error, file: &Path, bytes: &[u8]) -> TableError {
+    let file = file.to_owned();
+    let line = line_of(error.position(), bytes);
+    match error.into_kind() {
+        csv::ErrorKind::Io(source) => TableError::Io { file, source },
+        csv::ErrorKind::Utf8 { err, .. } => TableError::NotUtf8 {
+            file,
+            line,
+            number: err.field() + 1,
+        },
+        csv::ErrorKind::UnequalLengths {
+            expected_len, len, ..
+        } => TableError::Ragged {
+            file,
+            line,
+            expected: expected_len,
+            found: len,
+        },
+        other => TableError::Io {
+            file,
+            source: std::io::Error::other(format!("{other:?}")),
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests;

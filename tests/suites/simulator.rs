@@ -1,0 +1,1 @@
+//! The simulator is honest before it is used.
