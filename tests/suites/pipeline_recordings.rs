@@ -239,11 +239,23 @@ fn the_box_lift_has_stiffness_throughout() {
         (low.min(k), high.max(k))
     });
     println!("stiffness from {low} to {high} N/m");
+    let marked = |flag| {
+        moments
+            .iter()
+            .filter(|moment| moment.stream.flags.contains(flag))
+            .count()
+    };
+    println!(
+        "near straight {}, clamped {}",
+        marked(StreamFlags::NEAR_SINGULAR),
+        marked(StreamFlags::POSTURE_CLAMPED)
+    );
     assert!(low > 0.0 && high.is_finite());
     // The hand of the first stream packet came after it.
     for moment in &moments[1..] {
         let flags = moment.stream.flags;
         assert!(flags.contains(StreamFlags::HAND_SEEN));
+        assert!(!flags.contains(StreamFlags::GAP) && !flags.contains(StreamFlags::ACTIVATION_HELD));
         assert!(
             !flags.contains(StreamFlags::STIFFNESS_HELD),
             "at {} s",

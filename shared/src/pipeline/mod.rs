@@ -40,7 +40,7 @@ use signal::Signals;
 
 /// The signal path of one wearable with `C` channels, 1 to 8.
 ///
-/// RAM: about 2.3 kB per channel and 3 kB besides (a channel's smoother keeps room for its longest window).
+/// RAM: 2.3 kB per channel and 4 kB besides (a channel's smoother keeps room for its longest window).
 #[derive(Debug)]
 pub struct Pipeline<const C: usize> {
     boot_id: u32,
@@ -89,10 +89,11 @@ impl<const C: usize> Pipeline<C> {
 
     /// Takes one scan; afterwards [`Self::next_frame`] gives what is due.
     ///
-    /// **Budget.** One sampling period: 500 us at 2 kHz, 32,000 cycles of a Cortex-M4F at 64 MHz. A scan costs
-    /// about 150 cycles per channel (filters, quality); each tick adds one posture and one Cartesian stiffness,
-    /// some 10,000 cycles (two 4 x 4 and three 3 x 3 factorisations). Counted from the operations; unmeasured on a
-    /// board. Run it outside interrupts.
+    /// **Budget.** One sampling period: 500 us at 2 kHz, 32,000 cycles of a Cortex-M4F at 64 MHz. Instructions
+    /// counted under QEMU for that core, four channels: 600 per channel and scan (900 when a quality block ends); a
+    /// tick adds one posture and one Cartesian stiffness, 22,000 at `opt-level` 3 and 48,000 at "s", so that
+    /// the caller must buffer at least four scans at 2 kHz. That makes 7 or 10 million instructions a
+    /// second in all. Cycles and time are unmeasured on a board. Run it outside interrupts.
     ///
     /// **Overrun.** A caller that falls behind skips scans instead of queueing them. The index then jumps: the
     /// missing scans are counted, the stream keeps its 10 ms grid and carries [`StreamFlags::GAP`] until the filters
