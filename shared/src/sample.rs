@@ -98,6 +98,12 @@ impl AdcScale {
         self.volts_per_count
     }
 
+    /// Count of 0 V.
+    #[must_use]
+    pub fn offset_counts(&self) -> i32 {
+        self.offset_counts
+    }
+
     /// Lowest and highest count.
     #[must_use]
     pub fn rails(&self) -> (i32, i32) {

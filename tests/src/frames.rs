@@ -1,6 +1,7 @@
 //! The golden frames of the wire protocol, and frames with correct checksums around any bytes.
 #![allow(clippy::unwrap_used, reason = "read by tests only")]
 
+use tonus_shared::semg::quality::Quality;
 use tonus_shared::wire::{Header, MAX_FRAME_BYTES, Packet, WireError, encode};
 
 /// The header of every golden frame.
@@ -58,4 +59,13 @@ pub fn crc32_bitwise(bytes: &[u8]) -> u32 {
             }
         })
     })
+}
+
+/// Quality from its bits.
+///
+/// # Panics
+/// When a bit has no meaning.
+#[must_use]
+pub fn quality(bits: [u8; 8]) -> [Quality; 8] {
+    bits.map(|bits| Quality::from_bits(bits).unwrap())
 }

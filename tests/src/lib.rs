@@ -1,6 +1,7 @@
 //! Where the suites find reference values and real recordings, and how they read them.
 
 pub mod frames;
+pub mod wearer;
 
 use std::path::PathBuf;
 
@@ -38,4 +39,15 @@ pub fn reference() -> PathBuf {
         path.display()
     );
     path
+}
+
+/// Settings of a property test: this many cases, the same ones at every run.
+#[must_use]
+pub fn seeded(cases: u32) -> proptest::test_runner::Config {
+    proptest::test_runner::Config {
+        cases,
+        failure_persistence: None,
+        rng_seed: proptest::test_runner::RngSeed::Fixed(20_260_101),
+        ..Default::default()
+    }
 }

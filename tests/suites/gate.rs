@@ -121,7 +121,7 @@ fn check(
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 400, ..ProptestConfig::default() })]
+    #![proptest_config(tonus_tests::seeded(400))]
 
     #[test]
     fn limits_hold_and_nothing_but_a_person_arms(events in prop::collection::vec(any_event(), 1..120)) {

@@ -14,7 +14,7 @@ use tonus_shared::wire::{
     Configuration, HandPosition, Inference, Muscle, Orientation, Packet, Ping, RawSemg,
     ResetReason, SkillPosterior, Status, Stream, StreamFlags, TABLE, decode,
 };
-use tonus_tests::frames::{HEADER, bytes_of, golden};
+use tonus_tests::frames::{HEADER, bytes_of, golden, quality};
 
 /// The packets that the golden script wrote, in its order.
 fn golden_packets() -> Vec<Packet> {
@@ -62,7 +62,7 @@ fn golden_packets() -> Vec<Packet> {
             missed_scans: 30,
             refused: 4,
             dropped_packets: 5,
-            quality: [0, 1, 2, 4, 8, 16, 0, 0],
+            quality: quality([0, 1, 2, 4, 8, 15, 0, 0]),
         }),
         Packet::Status(Status {
             uptime_s: 1,
@@ -73,7 +73,7 @@ fn golden_packets() -> Vec<Packet> {
             missed_scans: 0,
             refused: 0,
             dropped_packets: 0,
-            quality: [0; 8],
+            quality: quality([0; 8]),
         }),
     ]
 }
@@ -129,11 +129,11 @@ fn golden_configurations() -> [Configuration; 2] {
 fn golden_stream() -> Packet {
     Packet::Stream(Stream {
         describes_before_us: 78_500,
-        envelopes: [0.1, 0.25, -0.001, 1.0, 0.0, 0.0, 0.0, 0.0],
+        envelopes: [0.1, 0.25, 0.001, 1.0, 0.0, 0.0, 0.0, 0.0],
         activation: 0.5,
         co_contraction: 1.75,
         stiffness_n_per_m: [310.5, 222.25, 95.125],
-        quality: [0, 1, 2, 0, 0, 0, 0, 0],
+        quality: quality([0, 1, 2, 0, 0, 0, 0, 0]),
         channels: 4,
         flags: StreamFlags::HAND_SEEN
             .with(StreamFlags::GAP, true)
@@ -169,7 +169,7 @@ fn golden_json() -> Vec<Value> {
                 "biceps_short", "biceps_long", "triceps_lateral", "triceps_long"],
             "mains_hz": null, "raw": false, "firmware_hash": "0000000000000000"}),
         json!({"kind": "stream", "describes_us": 1_108_152_157_446_u64 - 78_500,
-            "envelopes": [exact(0.1), 0.25, exact(-0.001), 1.0], "activation": 0.5,
+            "envelopes": [exact(0.1), 0.25, exact(0.001), 1.0], "activation": 0.5,
             "co_contraction": 1.75, "stiffness_n_per_m": [310.5, 222.25, 95.125],
             "quality": [0, 1, 2, 0], "flags": ["hand_seen", "gap", "near_singular"]}),
         json!({"kind": "raw_semg", "first_index": 4_294_967_294_u32,
@@ -187,7 +187,7 @@ fn golden_json() -> Vec<Value> {
             "stiffness_n_per_m": [410.0, 380.5, 120.25]}),
         json!({"kind": "status", "uptime_s": 3_600, "battery_mv": 3_987, "reset_reason": "watchdog",
             "overruns": 1, "gaps": 2, "missed_scans": 30, "refused": 4, "dropped_packets": 5,
-            "quality": [0, 1, 2, 4, 8, 16, 0, 0]}),
+            "quality": [0, 1, 2, 4, 8, 15, 0, 0]}),
         json!({"kind": "status", "uptime_s": 1, "battery_mv": null, "reset_reason": "unknown",
             "overruns": 0, "gaps": 0, "missed_scans": 0, "refused": 0, "dropped_packets": 0,
             "quality": [0, 0, 0, 0, 0, 0, 0, 0]}),

@@ -5,16 +5,16 @@ use tonus_shared::wire::{
     Frame, HandPosition, Kind, MAX_FRAME_BYTES, Orientation, Packet, RawSemg, STREAM_FRAME_BYTES,
     Stream, StreamFlags, WireError, decode, encode,
 };
-use tonus_tests::frames::{HEADER, bytes_of, crc32_bitwise, golden, sealed};
+use tonus_tests::frames::{HEADER, bytes_of, crc32_bitwise, golden, quality, sealed};
 
 fn golden_stream() -> Packet {
     Packet::Stream(Stream {
         describes_before_us: 78_500,
-        envelopes: [0.1, 0.25, -0.001, 1.0, 0.0, 0.0, 0.0, 0.0],
+        envelopes: [0.1, 0.25, 0.001, 1.0, 0.0, 0.0, 0.0, 0.0],
         activation: 0.5,
         co_contraction: 1.75,
         stiffness_n_per_m: [310.5, 222.25, 95.125],
-        quality: [0, 1, 2, 0, 0, 0, 0, 0],
+        quality: quality([0, 1, 2, 0, 0, 0, 0, 0]),
         channels: 4,
         flags: StreamFlags::HAND_SEEN
             .with(StreamFlags::GAP, true)
@@ -132,7 +132,7 @@ fn what_is_not_finite_is_refused_when_decoding() {
 
 #[test]
 fn what_cannot_be_is_refused_when_decoding() {
-    let cases: [(&str, usize, &[u8], &str); 30] = [
+    let cases: [(&str, usize, &[u8], &str); 31] = [
         ("configuration", 0, &0_f32.to_le_bytes(), "semg_hz"),
         ("configuration", 0, &(-200_f32).to_le_bytes(), "semg_hz"),
         ("configuration", 4, &0_f32.to_le_bytes(), "stream_hz"),
@@ -155,6 +155,7 @@ fn what_cannot_be_is_refused_when_decoding() {
         ("stream", 52, &(-1_f32).to_le_bytes(), "stiffness_n_per_m"),
         ("stream", 48, &2e6_f32.to_le_bytes(), "stiffness_n_per_m"),
         ("stream", 63, &[1], "quality"),
+        ("stream", 56, &[16], "quality"),
         ("stream", 64, &[0], "channels"),
         ("stream", 66, &[1], "flags"),
         ("raw", 4, &[0], "scans"),

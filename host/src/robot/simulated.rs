@@ -2,9 +2,7 @@
 
 use super::limits::Setpoint;
 use thiserror::Error;
-
-/// Standard gravity, m/s^2.
-pub const GRAVITY_M_PER_S2: f64 = 9.806_65;
+use tonus_shared::stiffness::GRAVITY_M_S2;
 
 /// A hand with apparent inertia A (diagonal) that obeys eq. 5 on each axis,
 ///
@@ -95,7 +93,7 @@ impl SimulatedRobot {
 
     /// Moves on by `period_s` (0.001 in use) under a set-point and an outer force on the hand, newtons.
     pub fn step(&mut self, setpoint: &Setpoint, force_n: [f64; 3], period_s: f64) {
-        let weight_n = [0.0, 0.0, -self.payload_kg * GRAVITY_M_PER_S2];
+        let weight_n = [0.0, 0.0, -self.payload_kg * GRAVITY_M_S2];
         for axis in 0..3 {
             let (inertia, stiffness) = (self.inertia_kg[axis], setpoint.stiffness_n_per_m[axis]);
             let damping = 2.0 * setpoint.damping_ratio * (stiffness * inertia).sqrt();

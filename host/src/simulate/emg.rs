@@ -26,16 +26,16 @@ pub const SCAN_US: u64 = 1000;
 /// Amplitude at maximum voluntary contraction, volts RMS: both heads of the biceps, both of the triceps.
 const MVC_V: [f64; CHANNELS] = [5.5e-4, 4.5e-4, 3.5e-4, 3.0e-4];
 /// Tone at rest, as a share of that.
-const REST_TONE: f64 = 0.02;
+const REST_TONE: f64 = 0.015;
 /// Noise of electrodes and amplifier, volts RMS.
-const FLOOR_V: f64 = 3e-6;
+const FLOOR_V: f64 = 2.5e-6;
 /// Spread of the electrodes' offsets, volts.
 const OFFSET_SD_V: f64 = 1e-2;
 /// Wander of the offset: standard deviation in volts, correlation time in seconds.
 const DRIFT_SD_V: f64 = 5e-4;
 const DRIFT_TIME_S: f64 = 8.0;
 /// Mains hum: amplitude in volts, frequency in hertz.
-const HUM_V: f64 = 4e-6;
+const HUM_V: f64 = 3e-6;
 const HUM_HZ: f64 = 50.0;
 /// Artefact of the hand's acceleration, volts per m/s^2.
 const SWAY_V_S2_PER_M: f64 = 3e-5;
@@ -262,7 +262,7 @@ mod tests {
         let half = roughness(&record(2, 0.5, 2, 20));
         let whole = roughness(&record(2, 1.0, 2, 20));
         assert!(
-            (whole / half - 1.02 / 0.52).abs() < 0.02,
+            (whole / half - 1.015 / 0.515).abs() < 0.02,
             "{}",
             whole / half
         );

@@ -6,12 +6,16 @@
 //!   +--> muscle (activation) --> emg (counts) --> shared pipeline --> link --> host
 //! ```
 //!
+//! [`rig`] connects all of it and [`demonstrations`] records from it; [`scripted`] is the robot's part.
 //! [`difficulty`] holds the simulator to its word: how well the best possible recogniser does on the
 //! simulator's own true densities.
 
+pub mod demonstrations;
 pub mod difficulty;
 pub mod emg;
 pub mod muscle;
+pub mod rig;
+pub mod scripted;
 pub mod skills;
 pub mod tracker;
 pub mod wearer;

@@ -11,6 +11,7 @@
 use super::skills::{Latent, Skill, minimum_jerk};
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
+use tonus_shared::stiffness::GRAVITY_M_S2;
 
 /// Channels of sEMG that the wearer carries.
 pub const CHANNELS: usize = 4;
@@ -20,7 +21,6 @@ const STRENGTH_N_M: f64 = 35.0;
 const LEVER_M: f64 = 0.33;
 /// Moment that the raised forearm and hand need by themselves, N m.
 const FOREARM_N_M: f64 = 1.8;
-const GRAVITY_M_PER_S2: f64 = 9.806_65;
 /// Elastic band: stiffness N/m, and the y beyond which it is taut, metres.
 const BAND_N_PER_M: f64 = 130.0;
 const BAND_TAUT_M: f64 = 0.0;
@@ -90,7 +90,7 @@ pub fn demand(skill: Skill, latent: &Latent, overshoot: f64, s: f64) -> f64 {
             BAND_N_PER_M * (y_m - BAND_TAUT_M).max(0.0) * LEVER_M
         }
         Skill::LiftFilter | Skill::LiftBook | Skill::LiftBottle => {
-            let moment = load_kg(skill) * GRAVITY_M_PER_S2 * LEVER_M;
+            let moment = load_kg(skill) * GRAVITY_M_S2 * LEVER_M;
             moment * (minimum_jerk((s - 0.42) / 0.12) + overshoot * surge((s - 0.44) / 0.10))
         }
     };

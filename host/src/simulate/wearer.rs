@@ -15,6 +15,8 @@ use tonus_shared::sample::{AdcScale, Scan};
 pub const CALIBRATION_US: u64 = 4_000_000;
 /// Time before every action in which the hand goes to its start and the muscles relax, microseconds.
 pub const PAUSE_US: u64 = 1_500_000;
+/// What the person does after the last task: nothing, until the last signals are through the filters. Microseconds.
+pub const TAIL_US: u64 = 500_000;
 /// Muscles let go of the last action within this time, microseconds.
 const RELEASE_US: u64 = 500_000;
 /// Calibration's contraction rises and falls within this time, microseconds.
@@ -107,7 +109,7 @@ pub struct Moment {
     pub truth: Truth,
 }
 
-/// The person: an iterator over milliseconds that ends with the last task.
+/// The person: an iterator over milliseconds that ends [`TAIL_US`] after the last task.
 #[derive(Debug, Clone)]
 pub struct Wearer {
     spans: Vec<Span>,
@@ -147,7 +149,7 @@ impl Wearer {
             tracker: Tracker::new(noise, seed),
             arriving: VecDeque::new(),
             now_us: 0,
-            end_us,
+            end_us: end_us + TAIL_US,
         })
     }
 
@@ -308,7 +310,7 @@ mod tests {
     fn a_day_lasts_as_long_as_its_tasks_and_repeats_itself() {
         let day = || Wearer::new(&a_day(), TrackerNoise::STATED, 5).unwrap();
         let moments: Vec<_> = day().collect();
-        assert_eq!(moments.len(), 2 * 4000 + 5 * 3500);
+        assert_eq!(moments.len(), 2 * 4000 + 5 * 3500 + 500);
         assert_eq!(day().spans().last().unwrap().end_us, 25_500_000);
         assert!(day().eq(moments.iter().copied()));
         let other = Wearer::new(&a_day(), TrackerNoise::STATED, 6).unwrap();

@@ -1,82 +1,89 @@
-//! Second-order sections in transposed direct form II, coefficients apart from state.
+//! Second-order sections, coefficients apart from state.
+//!
+//! A section is held as what moves slowly in a filter whose cutoff is far below the sample rate: a level
+//! `w` and its change per sample `v`, with `w` at the input's level when settled:
 //!
 //! ```text
-//! H(z) = (b0 + b1 z^-1 + b2 z^-2) / (1 + a1 z^-1 + a2 z^-2)
-//! y = b0 x + s1;   s1' = b1 x - a1 y + s2;   s2' = b2 x - a2 y
+//! v' = a2 v + c (x - w)        c = 1 + a1 + a2
+//! y  = g0 w + g1 v' - g2 v     g0 = (b0 + b1 + b2) / c,  g1 = b0 / c,  g2 = b2 / c
+//! w' = w + v'
+//!
+//! Y/X = (b0 + b1 z^-1 + b2 z^-2) / (1 + a1 z^-1 + a2 z^-2)
 //! ```
 //!
-//! Why this form in `f32`: two words of state, five multiply-accumulates, no intermediate larger than
-//! the signal, and every line is `acc +/- c * v`, which a Cortex-M4F runs as one-cycle `VMLA.F32` /
-//! `VMLS.F32` on values held in its 32 single registers; nothing branches, nothing is `f64`. Sections keep
-//! each pole pair's rounding to itself (a direct form of order 3 at 5 Hz and 200 Hz is ten times worse).
-//! What is left grows as `(rate / cutoff)^2`: the rounding of the state, seen through `1 / (1 + a1 + a2)`.
+//! Why this form in `f32`: the usual ones store `a1`, near -2, and subtract numbers that almost cancel; for
+//! an envelope filter at 2 kHz `1 + a1 + a2` is 2e-4, so that a rounding in the last place comes out 4000
+//! times larger (2e-3 of the level at order 8). Here the small number `c` is itself the coefficient, the
+//! gain at zero frequency is `g0` whatever the rounding, and a rounding is amplified by `rate / cutoff`, not
+//! by its square. The price is nothing: two words of state, five multiplications and five additions, each
+//! line a chain of `acc +/- c * v` that a Cortex-M4F runs as one-cycle `VMLA.F32` on its single-precision
+//! registers; no branch, no `f64`, no intermediate much larger than the signal.
 
 use crate::Real;
 
 /// Sections a cascade holds: order 8.
 pub const MAX_SECTIONS: usize = 4;
 
-/// Coefficients of one second-order section, `a0 = 1`. A first-order one has `b2 = a2 = 0`.
+/// Coefficients of one section, as in the equations above. A first-order one has `a2 = g2 = 0`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Section<T> {
-    /// Feed-forward `[b0, b1, b2]`.
-    pub b: [T; 3],
-    /// Feedback `[a1, a2]`, with the sign of the denominator.
-    pub a: [T; 2],
+    a2: T,
+    c: T,
+    g0: T,
+    g1: T,
+    g2: T,
 }
 
-/// State of one section.
+/// State of one section: level and change per sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SectionState<T> {
-    s1: T,
-    s2: T,
-}
-
-impl<T: Real> SectionState<T> {
-    fn zero() -> Self {
-        Self {
-            s1: T::zero(),
-            s2: T::zero(),
-        }
-    }
+struct SectionState<T> {
+    w: T,
+    v: T,
 }
 
 impl<T: Real> Section<T> {
     /// One sample through the section.
     #[inline]
-    pub fn step(&self, state: &mut SectionState<T>, x: T) -> T {
-        let y = self.b[0] * x + state.s1;
-        state.s1 = self.b[1] * x - self.a[0] * y + state.s2;
-        state.s2 = self.b[2] * x - self.a[1] * y;
+    fn step(&self, state: &mut SectionState<T>, x: T) -> T {
+        let v = self.a2 * state.v + self.c * (x - state.w);
+        let y = self.g0 * state.w + self.g1 * v - self.g2 * state.v;
+        state.w += v;
+        state.v = v;
         y
-    }
-
-    /// Gain at zero frequency.
-    fn gain(&self) -> T {
-        (self.b[0] + self.b[1] + self.b[2]) / (T::one() + self.a[0] + self.a[1])
     }
 
     /// Sets the state that a constant input `x` has settled to; returns the settled output.
     fn settle(&self, state: &mut SectionState<T>, x: T) -> T {
-        let y = self.gain() * x;
-        state.s2 = self.b[2] * x - self.a[1] * y;
-        state.s1 = self.b[1] * x - self.a[0] * y + state.s2;
-        y
+        state.w = x;
+        state.v = T::zero();
+        self.g0 * x
     }
 }
 
 impl Section<f64> {
-    /// The section in another scalar, its zero-frequency gain kept.
-    ///
-    /// Rounding `a` moves `1 + a1 + a2`, which is near 4e-5 to 2e-2 for an envelope filter, by up to
-    /// 1e-7: a gain error of up to 1e-3. The numerator is scaled by what the rounded denominator became.
+    /// From the denominator's `a2` and `c = 1 + a1 + a2`, and the numerator over c: its sum `g0`, its first
+    /// coefficient `g1` and its last `g2`. The design gives c in closed form, without cancellation.
+    pub(crate) fn new(a2: f64, c: f64, [g0, g1, g2]: [f64; 3]) -> Self {
+        Self { a2, c, g0, g1, g2 }
+    }
+
+    /// The transfer function's numerator `[b0, b1, b2]` and denominator `[1, a1, a2]`.
+    #[must_use]
+    pub fn transfer(&self) -> ([f64; 3], [f64; 3]) {
+        let Self { a2, c, g0, g1, g2 } = *self;
+        (
+            [g1 * c, (g0 - g1 - g2) * c, g2 * c],
+            [1.0, c - 1.0 - a2, a2],
+        )
+    }
+
     fn convert<T: Real>(&self) -> Section<T> {
-        let a = self.a.map(T::of);
-        let rounded = 1.0 + a[0].widen() + a[1].widen();
-        let scale = rounded / (1.0 + self.a[0] + self.a[1]);
         Section {
-            b: self.b.map(|b| T::of(b * scale)),
-            a,
+            a2: T::of(self.a2),
+            c: T::of(self.c),
+            g0: T::of(self.g0),
+            g1: T::of(self.g1),
+            g2: T::of(self.g2),
         }
     }
 }
@@ -99,7 +106,10 @@ impl<T: Real> CascadeState<T> {
     #[must_use]
     pub fn zero() -> Self {
         Self {
-            sections: [SectionState::zero(); MAX_SECTIONS],
+            sections: [SectionState {
+                w: T::zero(),
+                v: T::zero(),
+            }; MAX_SECTIONS],
         }
     }
 }
@@ -118,7 +128,7 @@ impl<T: Real> Cascade<T> {
         self.order
     }
 
-    /// One sample through every section. Five multiply-accumulates and four state words a section.
+    /// One sample through every section: five multiplications and five additions each.
     #[inline]
     pub fn step(&self, state: &mut CascadeState<T>, x: T) -> T {
         let mut y = x;
@@ -163,39 +173,50 @@ impl Cascade<f64> {
     /// Meaningless for a filter that stops zero frequency.
     #[must_use]
     pub fn slow_delay_samples(&self) -> f64 {
-        self.sections()
-            .iter()
-            .map(|Section { b, a }| {
-                (b[1] + 2.0 * b[2]) / (b[0] + b[1] + b[2])
-                    - (a[0] + 2.0 * a[1]) / (1.0 + a[0] + a[1])
-            })
+        (self.sections().iter())
+            .map(|s| (1.0 - s.a2) / s.c - (s.g1 - s.g2) / s.g0)
             .sum()
     }
+}
 
-    /// Centroid of the energy of the impulse response, `sum n h[n]^2 / sum h[n]^2`, in samples.
-    ///
-    /// This is the delay that the filter gives to the *power* of modulated white noise (Parseval: the
-    /// group delay weighted with `|H|^2`), so it is what a high-pass or a notch adds to an envelope. The
-    /// phase of the carrier, which the plain group delay speaks of, is lost in the rectifier.
-    #[must_use]
-    pub fn energy_delay_samples(&self) -> f64 {
-        // The response is over once the state holds 1e-14 of its energy; the slowest design (2.5e-4 of the
-        // rate) needs about 10 000 samples.
-        const LONGEST: u32 = 20_000;
-        const NEGLIGIBLE: f64 = 1e-14;
-        let mut state = CascadeState::zero();
-        let (mut energy, mut moment) = (0.0, 0.0);
-        for n in 0..LONGEST {
-            let h = self.step(&mut state, if n == 0 { 1.0 } else { 0.0 });
-            energy += h * h;
-            moment += f64::from(n) * h * h;
-            let left: f64 = (state.sections.iter())
-                .map(|s| s.s1 * s.s1 + s.s2 * s.s2)
-                .sum();
-            if left < NEGLIGIBLE * energy {
-                break;
-            }
+/// The delay that `first` and then `second` give to the *power* of amplitude-modulated noise, in samples.
+///
+/// This is what a high-pass or a notch adds to an envelope; the phase of the carrier, which the plain group
+/// delay speaks of, is lost in the rectifier. It is the group delay averaged over the carrier's band with
+/// the power that passes, `int tau |H|^2 S / int |H|^2 S`. With h the impulse response of both filters and g
+/// that of `carrier`, the filter that makes the carrier of spectrum S from white noise, Parseval turns it
+/// into `sum q p / sum p^2`, `p = g * h`, `q = g * (n h)`.
+pub(crate) fn power_delay_samples(
+    first: &Cascade<f64>,
+    second: Option<&Cascade<f64>>,
+    carrier: &Cascade<f64>,
+) -> f64 {
+    // The response is over when the states hold 1e-14 of its energy; the slowest design (2.5e-4 of the rate)
+    // needs about 10 000 samples.
+    const LONGEST: u32 = 20_000;
+    const NEGLIGIBLE: f64 = 1e-14;
+    let zero = CascadeState::zero();
+    let (mut in_first, mut in_second, mut in_p, mut in_q) = (zero, zero, zero, zero);
+    let (mut power, mut moment) = (0.0, 0.0);
+    for n in 0..LONGEST {
+        let mut h = first.step(&mut in_first, if n == 0 { 1.0 } else { 0.0 });
+        if let Some(second) = second {
+            h = second.step(&mut in_second, h);
         }
-        if energy > 0.0 { moment / energy } else { 0.0 }
+        let p = carrier.step(&mut in_p, h);
+        let q = carrier.step(&mut in_q, f64::from(n) * h);
+        power += p * p;
+        moment += q * p;
+        let left = in_first.energy() + in_second.energy() + in_p.energy();
+        if left < NEGLIGIBLE * power {
+            break;
+        }
+    }
+    if power > 0.0 { moment / power } else { 0.0 }
+}
+
+impl CascadeState<f64> {
+    fn energy(&self) -> f64 {
+        (self.sections.iter()).map(|s| s.w * s.w + s.v * s.v).sum()
     }
 }

@@ -1,10 +1,14 @@
 //! The streaming envelope of Algorithm 1: conditioner -> notch -> rectifier -> smoother.
 
 use super::NonFinite;
-use super::biquad::{Cascade, CascadeState};
+use super::biquad::{Cascade, CascadeState, power_delay_samples};
 use super::design::{self, DesignError, Mains};
 use super::smoother::{self, Smoother};
 use crate::Real;
+
+/// Where the band of sEMG begins, Hz; from here up its spectrum is taken as flat when the delay of the
+/// conditioning is computed (which is below a sample, except at rates near 200 Hz).
+const SEMG_FROM_HZ: f64 = 20.0;
 
 /// What takes offset and drift away before rectification. There is always one: a rectified offset would
 /// be read as muscle activity.
@@ -139,8 +143,8 @@ impl<T: Real> Chain<T> {
             .map(|NotchConfig { mains, q }| design::notch(rate_hz, mains, q))
             .transpose()?;
         let (smoother, smoother_delay_s) = smoother::Design::new(config.smoother, rate_hz)?;
-        let conditioning_samples = conditioner.energy_delay_samples()
-            + notch.map_or(0.0, |notch| notch.energy_delay_samples());
+        let carrier = design::high_pass(rate_hz, SEMG_FROM_HZ, 2)?;
+        let conditioning_samples = power_delay_samples(&conditioner, notch.as_ref(), &carrier);
         Ok(Self {
             conditioner: conditioner.convert(),
             notch: notch.map(|notch| notch.convert()),
@@ -154,7 +158,7 @@ impl<T: Real> Chain<T> {
     /// The first sample starts every filter in steady state: the conditioner sees `x - x[0]`, the
     /// smoother starts settled on the first rectified value.
     ///
-    /// Budget: 5 multiply-accumulates a section. The default chain has 3 sections (high-pass 1, smoother 2),
+    /// Budget: 5 multiplications and 5 additions a section. The default chain has 3 sections (high-pass 1, smoother 2),
     /// about 60 cycles of a Cortex-M4F; 8 channels at 2 kHz take 1 M cycles/s of its 64 M. It runs per scan,
     /// outside the interrupt; an overrun shows as a jump of the scan index, after which the caller resets.
     ///
@@ -198,8 +202,8 @@ impl<T: Real> Chain<T> {
 
     /// How far the envelope lags the muscle, s: `describes = acquired - delay`.
     ///
-    /// The sum of the smoother's group delay at zero frequency and the energy delay of conditioner and
-    /// notch ([`Cascade::energy_delay_samples`]), which delays the power of the noise, not its carrier.
+    /// The sum of the smoother's group delay at zero frequency and the delay that conditioner and notch give
+    /// to the power of noise in the band of sEMG (not to its carrier, whose phase the rectifier forgets).
     /// A change faster than about 1 Hz through the Butterworth smoother lags a little more (order 3 at 5 Hz:
     /// 63.5 ms slow, 87 ms at 4 Hz).
     #[must_use]

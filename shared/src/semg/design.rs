@@ -6,6 +6,7 @@
 //! ```text
 //! low-pass   b = g k^2 [1, 2, 1]      a1 = 2 g (k^2 - 1)     a2 = g (1 - k/q + k^2)
 //! high-pass  b = g [1, -2, 1]         g = 1 / (1 + k/q + k^2)
+//! 1 + a1 + a2 = 4 g k^2
 //! ```
 //!
 //! Sections run from the lowest `q` to the highest, so that the peaking ones see a signal that is
@@ -19,8 +20,8 @@ use super::biquad::{Cascade, MAX_SECTIONS, Section};
 pub const RATE_RANGE_HZ: (f64, f64) = (200.0, 2000.0);
 /// Highest Butterworth order.
 pub const MAX_ORDER: usize = 2 * MAX_SECTIONS;
-/// Lowest and highest cutoff, as parts of the sample rate. Below, `f32` cannot place the poles;
-/// above is within 2 % of the Nyquist frequency, where a bilinear design has no transition left.
+/// Lowest and highest cutoff, as parts of the sample rate. Below (0.5 Hz at 2 kHz) a filter takes seconds to
+/// settle; above is within 2 % of the Nyquist frequency, where a bilinear design has no transition left.
 pub const CUTOFF_PER_RATE: (f64, f64) = (2.5e-4, 0.49);
 /// Notch quality factors that still settle within seconds and leave the signal beside the line.
 pub const NOTCH_Q_RANGE: (f64, f64) = (1.0, 100.0);
@@ -191,27 +192,27 @@ fn damping(order: usize, index: usize) -> f64 {
 }
 
 fn first_order(pass: Pass, k: f64) -> Section<f64> {
-    let g = 1.0 / (1.0 + k);
-    let b = match pass {
-        Pass::Low => [g * k, g * k, 0.0],
-        Pass::High => [g, -g, 0.0],
+    let c = 2.0 * k / (1.0 + k);
+    let numerator = match pass {
+        Pass::Low => [1.0, 0.5, 0.0],
+        Pass::High => [0.0, 0.5 / k, 0.0],
     };
-    Section {
-        b,
-        a: [g * (k - 1.0), 0.0],
-    }
+    Section::new(0.0, c, numerator)
 }
 
 fn second_order(pass: Pass, k: f64, damping: f64) -> Section<f64> {
     let g = 1.0 / (1.0 + k * damping + k * k);
-    let b = match pass {
-        Pass::Low => [g * k * k, 2.0 * g * k * k, g * k * k],
-        Pass::High => [g, -2.0 * g, g],
+    let a2 = g * (1.0 - k * damping + k * k);
+    let c = 4.0 * g * k * k;
+    let edge = match pass {
+        Pass::Low => 0.25,
+        Pass::High => 0.25 / (k * k),
     };
-    Section {
-        b,
-        a: [2.0 * g * (k * k - 1.0), g * (1.0 - k * damping + k * k)],
-    }
+    let sum = match pass {
+        Pass::Low => 1.0,
+        Pass::High => 0.0,
+    };
+    Section::new(a2, c, [sum, edge, edge])
 }
 
 /// Second-order notch at the mains frequency, `q` = centre / width between its -3 dB points (1 to 100).
@@ -227,12 +228,12 @@ pub fn notch(rate_hz: f64, mains: Mains, q: f64) -> Result<Cascade<f64>, DesignE
         return Err(DesignError::NotchQ { q, lowest, highest });
     }
     let centre = 2.0 * PI * mains.hz() / rate_hz;
+    // b = g [1, -2 cos, 1], a = [1, -2 g cos, 2 g - 1]: 1 + a1 + a2 = 2 g (1 - cos).
     let g = 1.0 / (1.0 + libm::tan(centre / q / 2.0));
-    let cosine = libm::cos(centre);
-    let section = Section {
-        b: [g, -2.0 * g * cosine, g],
-        a: [-2.0 * g * cosine, 2.0 * g - 1.0],
-    };
+    let sine = libm::sin(centre / 2.0);
+    let one_less_cosine = 2.0 * sine * sine;
+    let edge = 0.5 / one_less_cosine;
+    let section = Section::new(2.0 * g - 1.0, 2.0 * g * one_less_cosine, [1.0, edge, edge]);
     Ok(Cascade::build(2, |_| section))
 }
 
@@ -242,11 +243,8 @@ pub fn notch(rate_hz: f64, mains: Mains, q: f64) -> Result<Cascade<f64>, DesignE
 /// [`DesignError`] when the rate or cutoff is outside what can be built.
 pub fn dc_block(rate_hz: f64, cutoff_hz: f64) -> Result<Cascade<f64>, DesignError> {
     check_cutoff(rate_hz, cutoff_hz)?;
-    let r = libm::exp(-2.0 * PI * cutoff_hz / rate_hz);
-    let g = f64::midpoint(1.0, r);
-    let section = Section {
-        b: [g, -g, 0.0],
-        a: [-r, 0.0],
-    };
+    let c = -libm::expm1(-2.0 * PI * cutoff_hz / rate_hz);
+    let g = 1.0 - c / 2.0;
+    let section = Section::new(0.0, c, [0.0, g / c, 0.0]);
     Ok(Cascade::build(1, |_| section))
 }

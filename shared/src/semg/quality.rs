@@ -204,9 +204,9 @@ impl QualityMonitor {
         state.judged.with(warned)
     }
 
-    /// Warnings of a whole block. `micromath`'s approximate `log10` and `sqrt` (within about 1 %) are enough
-    /// for lamps with limits of several dB, and cost a tenth of libm's on the chip; the signal path
-    /// uses neither.
+    /// Warnings of a whole block. `micromath`'s `log10` (within 0.05, so 0.5 dB) and `sqrt` (within 6 %) are
+    /// enough for lamps with limits of several dB, and are a few integer operations instead of a libm call;
+    /// the signal path uses neither.
     #[allow(
         clippy::cast_possible_truncation,
         clippy::cast_precision_loss,

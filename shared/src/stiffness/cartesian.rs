@@ -34,7 +34,7 @@ const DAMPING_M_PER_RAD: f64 = 0.01;
 /// Elbow angles between which the blend goes from all triangle form (up to 20 degrees) to all Jacobian form
 /// (from 45 degrees), rad. With the illustrative parameters the largest principal stiffness then
 /// stays below 2500 N/m on the way, against 2000 N/m along a straight arm.
-const BLEND_RAD: [f64; 2] = [PI / 9.0, PI / 4.0];
+pub const BLEND_RAD: [f64; 2] = [PI / 9.0, PI / 4.0];
 
 /// Largest stiffness of the triangle form, reached along a straight arm, N/m. An assumption: measured arm
 /// stiffness in reaching postures stays well below it.

@@ -38,7 +38,7 @@ mod posture;
 mod segments;
 
 pub use arm::{ArmPosture, ELBOW_MAX_RAD, ElbowSource, GRAVITY_M_S2};
-pub use cartesian::cartesian_stiffness;
+pub use cartesian::{BLEND_RAD, cartesian_stiffness};
 pub use co_contraction::CoContraction;
 pub use error::{ParameterError, PostureError, StiffnessError};
 pub use person::{ArmStiffness, Stiffness};

@@ -1,5 +1,7 @@
 //! What a packet may hold. One check serves sender and receiver.
 
+use crate::semg::quality::Quality;
+
 use super::error::WireError;
 use super::packet::{
     Configuration, HandPosition, Inference, Muscle, Orientation, Packet, Ping, RawSemg, Stream,
@@ -8,11 +10,15 @@ use super::packet::{
 use super::table::MAX_CHANNELS;
 
 /// Stiffness of a hand, N/m: above this a number is an error, not an arm (measured arms: < 3 kN/m).
-const MAX_STIFFNESS_N_PER_M: f32 = 1e6;
+pub const MAX_STIFFNESS_N_PER_M: f32 = 1e6;
 /// A hand this far from its shoulder, m per axis, is an error in units or frame.
 const MAX_REACH_M: f32 = 3.0;
-/// An envelope or activation this many times the maximum voluntary contraction is an error.
-const MAX_ACTIVATION: f32 = 1e3;
+/// An envelope of more than this many maximum voluntary contractions is an error.
+pub const MAX_ENVELOPE: f32 = 1e3;
+/// The activation sums four muscle heads.
+const MAX_ACTIVATION: f32 = 4.0 * MAX_ENVELOPE;
+/// A co-contraction factor above this is an error.
+pub const MAX_CO_CONTRACTION: f32 = 1e3;
 /// How far the norm of a quaternion may lie from one.
 const QUATERNION_SLACK: f32 = 1e-3;
 /// How far rounding may lift a log probability above zero.
@@ -95,19 +101,19 @@ fn configuration(packet: &Configuration) -> Result<(), WireError> {
 fn stream(packet: &Stream) -> Result<(), WireError> {
     let used = channels(packet.channels)?;
     for (slot, (envelope, quality)) in packet.envelopes.iter().zip(packet.quality).enumerate() {
-        let limit = if slot < used { MAX_ACTIVATION } else { 0.0 };
-        within("envelopes", *envelope, -limit, limit)?;
-        if slot >= used && quality != 0 {
-            return Err(out_of_range("quality", quality, 0, 0));
+        let limit = if slot < used { MAX_ENVELOPE } else { 0.0 };
+        within("envelopes", *envelope, 0.0, limit)?;
+        if slot >= used && quality != Quality::GOOD {
+            return Err(out_of_range("quality", quality.bits(), 0, 0));
         }
     }
+    within("activation", packet.activation, 0.0, MAX_ACTIVATION)?;
     within(
-        "activation",
-        packet.activation,
-        -MAX_ACTIVATION,
-        MAX_ACTIVATION,
+        "co_contraction",
+        packet.co_contraction,
+        1.0,
+        MAX_CO_CONTRACTION,
     )?;
-    within("co_contraction", packet.co_contraction, 1.0, MAX_ACTIVATION)?;
     stiffness(packet.stiffness_n_per_m)?;
     if packet.flags.bits() & !StreamFlags::KNOWN != 0 {
         return Err(out_of_range(

@@ -2,6 +2,8 @@
 
 use heapless::Vec;
 
+use crate::semg::quality::Quality;
+
 use super::bytes::{Reader, Writer};
 use super::check::out_of_range;
 use super::error::WireError;
@@ -99,6 +101,15 @@ fn take_muscles(input: &mut Reader<'_>) -> Result<[Muscle; MAX_CHANNELS], WireEr
     Ok(muscles)
 }
 
+fn take_quality(input: &mut Reader<'_>) -> Result<[Quality; MAX_CHANNELS], WireError> {
+    let mut quality = [Quality::GOOD; MAX_CHANNELS];
+    for channel in &mut quality {
+        let bits = input.u8()?;
+        *channel = Quality::from_bits(bits).ok_or_else(|| out_of_range("quality", bits, 0, 15))?;
+    }
+    Ok(quality)
+}
+
 fn take_bool(field: &'static str, input: &mut Reader<'_>) -> Result<bool, WireError> {
     match input.u8()? {
         0 => Ok(false),
@@ -112,7 +123,7 @@ fn put_stream(packet: &Stream, out: &mut Writer<'_>) {
     out.f32s(packet.envelopes);
     out.f32s([packet.activation, packet.co_contraction]);
     out.f32s(packet.stiffness_n_per_m);
-    out.bytes(packet.quality);
+    out.bytes(packet.quality.map(Quality::bits));
     out.u8(packet.channels);
     out.u16(packet.flags.bits());
 }
@@ -124,7 +135,7 @@ fn take_stream(input: &mut Reader<'_>) -> Result<Stream, WireError> {
         activation: input.f32()?,
         co_contraction: input.f32()?,
         stiffness_n_per_m: input.f32s()?,
-        quality: input.bytes()?,
+        quality: take_quality(input)?,
         channels: input.u8()?,
         flags: StreamFlags::from_bits(input.u16()?),
     })
@@ -274,7 +285,7 @@ fn put_status(packet: &Status, out: &mut Writer<'_>) {
     out.u32(packet.missed_scans);
     out.u32(packet.refused);
     out.u32(packet.dropped_packets);
-    out.bytes(packet.quality);
+    out.bytes(packet.quality.map(Quality::bits));
 }
 
 fn take_status(input: &mut Reader<'_>) -> Result<Status, WireError> {
@@ -296,6 +307,6 @@ fn take_status(input: &mut Reader<'_>) -> Result<Status, WireError> {
         missed_scans: input.u32()?,
         refused: input.u32()?,
         dropped_packets: input.u32()?,
-        quality: input.bytes()?,
+        quality: take_quality(input)?,
     })
 }

@@ -16,6 +16,7 @@ mod packet;
 mod sequence;
 mod table;
 
+pub use check::{MAX_CO_CONTRACTION, MAX_ENVELOPE, MAX_STIFFNESS_N_PER_M};
 pub use error::WireError;
 pub use frame::{Frame, Header, decode, encode};
 pub use packet::{

@@ -2,6 +2,8 @@
 
 use heapless::Vec;
 
+use crate::semg::quality::Quality;
+
 use super::table::{Kind, MAX_CHANNELS, MAX_RAW_COUNTS, MAX_SKILLS};
 
 /// One packet of any kind. A receiver matches it exhaustively, so that a new kind stops compiling
@@ -78,7 +80,7 @@ pub struct Configuration {
     pub volts_per_count: f32,
     /// The count that means zero volts.
     pub offset_counts: i32,
-    /// Group delay of the envelope chain and the activation window, us.
+    /// Delay of the envelopes behind the electrodes, us; the stream's own delay adds the activation window.
     pub chain_delay_us: u32,
     /// Channels in use, 1 to 8; slots from here on are absent.
     pub channels: u8,
@@ -96,9 +98,10 @@ pub struct Configuration {
 /// scan in it: age is measured from there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stream {
-    /// The values describe this long before the header's device time, us.
+    /// Activation, co-contraction and stiffness describe this long before the header's device time, us.
     pub describes_before_us: u32,
-    /// Envelope of each channel as a share of its maximum voluntary contraction.
+    /// Envelope of each channel as a share of its maximum voluntary contraction; describes
+    /// [`Configuration::chain_delay_us`] before the header's device time.
     pub envelopes: [f32; MAX_CHANNELS],
     /// Muscle activation, eq. 4.
     pub activation: f32,
@@ -106,8 +109,8 @@ pub struct Stream {
     pub co_contraction: f32,
     /// Diagonal of the Cartesian stiffness of the hand in the shoulder frame, N/m; positive.
     pub stiffness_n_per_m: [f32; 3],
-    /// Quality bits of each channel, as in `semg::quality`; zero is good.
-    pub quality: [u8; MAX_CHANNELS],
+    /// Warnings of each channel.
+    pub quality: [Quality; MAX_CHANNELS],
     /// Channels in use, 1 to 8.
     pub channels: u8,
     /// What the values rest on.
@@ -125,7 +128,7 @@ impl StreamFlags {
     pub const ORIENTATION_SEEN: Self = Self(1 << 1);
     /// Scans are missing within the memory of the filters.
     pub const GAP: Self = Self(1 << 2);
-    /// The hand was outside the arm's reach, and was moved to its edge.
+    /// The hand was a little outside the arm's reach, and was moved to its edge.
     pub const POSTURE_CLAMPED: Self = Self(1 << 3);
     /// No stiffness could be computed: the last one stands.
     pub const STIFFNESS_HELD: Self = Self(1 << 4);
@@ -133,7 +136,7 @@ impl StreamFlags {
     pub const ACTIVATION_HELD: Self = Self(1 << 5);
     /// The stiffness is on its way from one source of posture to another.
     pub const BLENDING: Self = Self(1 << 6);
-    /// Near a singular pose: the congruence form of the arm triangle is used.
+    /// Near a straight elbow: the arm triangle's form has a share in the stiffness.
     pub const NEAR_SINGULAR: Self = Self(1 << 7);
 
     /// Every bit that has a meaning.
@@ -274,6 +277,6 @@ pub struct Status {
     pub refused: u32,
     /// Packets that were replaced by newer ones before they could be sent.
     pub dropped_packets: u32,
-    /// Quality bits seen on each channel since the last status.
-    pub quality: [u8; MAX_CHANNELS],
+    /// Warnings raised on each channel since the last status.
+    pub quality: [Quality; MAX_CHANNELS],
 }

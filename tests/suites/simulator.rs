@@ -1,1 +1,0 @@
-//! The simulator is honest before it is used.
