@@ -85,6 +85,8 @@ pub enum Withheld {
 pub enum Notice {
     /// A host may connect now.
     Advertising,
+    /// A host tried to connect, and the link did not come about.
+    LinkFailed(Error),
     /// A host connected; nothing is authenticated yet.
     Connected,
     /// Type these six digits at the host.
@@ -137,7 +139,13 @@ where
     let serving = async {
         loop {
             report(Notice::Advertising);
-            let link = advertise(&mut peripheral, &server).await?;
+            let link = match advertise(&mut peripheral, &server).await? {
+                Ok(link) => link,
+                Err(error) => {
+                    report(Notice::LinkFailed(error));
+                    continue;
+                }
+            };
             report(Notice::Connected);
             outbox.clear();
             select(
@@ -180,10 +188,11 @@ fn uuid(value: u128) -> Uuid {
     Uuid::new_long(value.to_le_bytes())
 }
 
+/// Advertises until a host connects. What went wrong with one host is the inner error; the next may try.
 async fn advertise<'stack, 'server, C: Controller>(
     peripheral: &mut Peripheral<'stack, C, Pool>,
     server: &'server Server<'_>,
-) -> Result<Link<'stack, 'server>, BleHostError<C::Error>> {
+) -> Result<Result<Link<'stack, 'server>, Error>, BleHostError<C::Error>> {
     let mut data = [0; 31];
     let length = AdStructure::encode_slice(
         &[
@@ -202,7 +211,8 @@ async fn advertise<'stack, 'server, C: Controller>(
             },
         )
         .await?;
-    Ok(advertiser.accept().await?.with_attribute_server(server)?)
+    let accepted = advertiser.accept().await;
+    Ok(accepted.and_then(|connection| connection.with_attribute_server(server)))
 }
 
 /// Answers the host until it leaves.
