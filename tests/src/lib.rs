@@ -22,3 +22,18 @@ pub fn recordings() -> PathBuf {
     );
     path
 }
+
+/// The folder with the reference values, beside the recordings.
+///
+/// # Panics
+/// When the folder does not exist.
+#[must_use]
+pub fn reference() -> PathBuf {
+    let path = recordings().join("../reference");
+    assert!(
+        path.is_dir(),
+        "reference values not found at {}",
+        path.display()
+    );
+    path
+}

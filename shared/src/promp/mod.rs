@@ -1,1 +1,53 @@
-//! Probabilistic movement primitives in latent form.
+//! Probabilistic movement primitives (ProMPs) in latent form: what a skill is, what an observation
+//! does to it, which skill is being performed, and what the rest of the movement will be.
+//!
+//! # Glossary
+//!
+//! | word | meaning |
+//! |---|---|
+//! | DoF | one signal of the model: a hand coordinate (m), a stiffness (N/m), a robot coordinate |
+//! | phase `s` | progress through the movement, 0 at its start, 1 at its end |
+//! | basis | `K` functions `psi(s)` of phase; a DoF is `y_d(s) = psi(s)^T w_d` (eq. 1) |
+//! | weights `w` | `D * K` numbers, DoF-major (`w[d * K + k]`), that draw one whole movement |
+//! | skill | a Gaussian over weights, learned from demonstrations (eq. 2) |
+//! | loading `L` | `D*K x r`: the `r` directions in which the demonstrations differ |
+//! | latent `z` | `r` coordinates along the loading: `w = mu + L z` |
+//! | belief | mean and square root `S` of the covariance `P = S S^T` of `z` after some observations |
+//! | row `a` | `L_d^T psi(s)`: how one observed number depends on `z` |
+//!
+//! `N` demonstrations give a weight covariance of rank `r <= N - 1`, far below `D * K`. With
+//! `Sigma = L L^T` everything after learning happens in `z`, exactly: no `D*K x D*K` matrix, no
+//! inverse ([`Belief::condition`]).
+//!
+//! # Rooms
+//!
+//! [`Basis`] -> [`Latent`] and [`Row`] -> [`Skill`] -> [`Belief`] -> [`Trajectory`], [`Mixture`].
+//! All skills of a [`Mixture`] share one loading, so the row is computed once for all of them; each
+//! has its own mean and its own initial root.
+//!
+//! # Memory
+//!
+//! Nothing here allocates: constants are borrowed slices (flash), state is storage that the caller
+//! hands over (an array on the chip, a vector on the host), at least as long as [`belief_len`],
+//! [`mixture_len`] or [`trajectory_scratch_len`] say. For `D = 12`, `K = 30`, `r = 29` in `f32`:
+//!
+//! | | numbers | bytes |
+//! |---|---|---|
+//! | loading ([`loading_len`]) | `D*K*r` = 10440 | 41760 constant |
+//! | one skill's mean, root, residual | `D*K + r^2 + D` = 1213 | 4852 constant |
+//! | one belief | `r^2 + 3r + 4` = 932 | 3728 RAM |
+//! | row scratch of a mixture | `K + r` = 59 | 236 RAM |
+
+mod basis;
+mod belief;
+mod error;
+mod latent;
+mod mixture;
+mod trajectory;
+
+pub use basis::{Basis, Family};
+pub use belief::{Belief, Innovation, belief_len};
+pub use error::{BasisError, ConditionError, ModelError, RowError};
+pub use latent::{Latent, Order, Row, Skill, loading_len};
+pub use mixture::{Mixture, Observation, mixture_len};
+pub use trajectory::{Moments, Trajectory, trajectory_scratch_len};

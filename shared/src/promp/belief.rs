@@ -1,0 +1,318 @@
+//! Conditioning: what one observed number does to the belief about `z`.
+
+use core::marker::PhantomData;
+
+use super::error::{ConditionError, ModelError, RowError};
+use super::latent::{Skill, dot};
+use crate::Real;
+
+/// `ln(2 pi)`.
+const LN_TWO_PI: f64 = 1.837_877_066_409_345_5;
+
+/// Scalars ahead of the vectors in a belief's storage: log-likelihood, and the prepared update's
+/// log-likelihood, residual and root factor.
+const HEADER: usize = 4;
+
+/// Numbers that a belief of rank `rank` stores: `r^2 + 3 r + 4`.
+#[must_use]
+pub const fn belief_len(rank: usize) -> usize {
+    rank * rank + 3 * rank + HEADER
+}
+
+/// What one observation told: how far it lay from the prediction, and how uncertain that was.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Innovation<T> {
+    /// Observed less predicted, in the observation's unit.
+    pub residual: T,
+    /// Variance of the residual before the observation: `a^T P a + R`.
+    pub variance: T,
+}
+
+/// A Gaussian over the latent `z`: mean, and square root `S` of the covariance `P = S S^T`, with the
+/// joint log-likelihood of all that was observed.
+///
+/// `B` is storage of at least [`belief_len`] numbers: `[T; N]` on the chip, `Vec<T>` on the host,
+/// `&[T]` where a [`super::Mixture`] lends one of its own.
+#[derive(Clone, Debug)]
+pub struct Belief<T, B> {
+    rank: usize,
+    storage: B,
+    scalar: PhantomData<T>,
+}
+
+/// The storage by its parts.
+struct Parts<'s, T> {
+    header: &'s mut [T],
+    mean: &'s mut [T],
+    /// `f = S^T a`, scratch.
+    projected: &'s mut [T],
+    /// `g = S f / (f^T f + R)`, scratch.
+    gain: &'s mut [T],
+    root: &'s mut [T],
+}
+
+impl<T: Real, B: AsRef<[T]>> Belief<T, B> {
+    /// Storage that already holds a belief of this rank (a mixture's own).
+    pub(super) const fn view(rank: usize, storage: B) -> Self {
+        Self {
+            rank,
+            storage,
+            scalar: PhantomData,
+        }
+    }
+
+    /// Latent dimensions, `r`.
+    #[must_use]
+    pub const fn rank(&self) -> usize {
+        self.rank
+    }
+
+    /// Joint log-likelihood of all observations since the start, in nats (densities in the
+    /// observations' own units).
+    #[must_use]
+    pub fn log_likelihood(&self) -> T {
+        self.storage.as_ref()[0]
+    }
+
+    /// Mean of `z`, `r`.
+    #[must_use]
+    pub fn mean(&self) -> &[T] {
+        mean_of(self.rank, self.storage.as_ref())
+    }
+
+    /// Square root `S` of the covariance of `z`, `r x r` row-major (not triangular).
+    #[must_use]
+    pub fn root(&self) -> &[T] {
+        root_of(self.rank, self.storage.as_ref())
+    }
+}
+
+impl<'s, T: Real> Belief<T, &'s [T]> {
+    /// Mean and root for as long as the storage lives, which may be longer than this view of it.
+    pub(super) fn lent(&self) -> (&'s [T], &'s [T]) {
+        (
+            mean_of(self.rank, self.storage),
+            root_of(self.rank, self.storage),
+        )
+    }
+}
+
+fn mean_of<T>(rank: usize, storage: &[T]) -> &[T] {
+    &storage[HEADER..HEADER + rank]
+}
+
+fn root_of<T>(rank: usize, storage: &[T]) -> &[T] {
+    &storage[HEADER + 3 * rank..belief_len(rank)]
+}
+
+impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
+    /// The skill's prior: mean zero, the skill's root, log-likelihood zero. Takes `storage` over,
+    /// whatever it holds.
+    ///
+    /// # Errors
+    /// Storage shorter than [`belief_len`], or a root of another rank.
+    pub fn new(rank: usize, skill: &Skill<'_, T>, storage: B) -> Result<Self, ModelError> {
+        if rank == 0 {
+            return Err(ModelError::Empty {
+                what: "latent dimension",
+            });
+        }
+        let needed = belief_len(rank);
+        let got = storage.as_ref().len();
+        if got < needed {
+            return Err(ModelError::Storage {
+                what: "the belief's storage",
+                needed,
+                got,
+            });
+        }
+        let mut belief = Self::view(rank, storage);
+        belief.reset(skill)?;
+        Ok(belief)
+    }
+
+    /// Forgets every observation: back to the prior of `skill`.
+    ///
+    /// # Errors
+    /// A root of another rank; the belief is unchanged.
+    pub fn reset(&mut self, skill: &Skill<'_, T>) -> Result<(), ModelError> {
+        let rank = self.rank;
+        if let Some(root) = skill.root()
+            && root.len() != rank * rank
+        {
+            return Err(ModelError::Length {
+                what: "the root",
+                expected: rank * rank,
+                got: root.len(),
+            });
+        }
+        self.start(skill.root());
+        Ok(())
+    }
+
+    /// The prior with this root (`r x r`, `None` the identity), whatever the storage held.
+    pub(super) fn start(&mut self, root: Option<&[T]>) {
+        let rank = self.rank;
+        let parts = self.parts();
+        parts.header.fill(T::zero());
+        parts.mean.fill(T::zero());
+        match root {
+            Some(root) => parts.root.copy_from_slice(root),
+            None => {
+                parts.root.fill(T::zero());
+                for diagonal in parts.root.iter_mut().step_by(rank + 1) {
+                    *diagonal = T::one();
+                }
+            }
+        }
+    }
+
+    /// Conditions on one scalar (eq. 13-16, for one row, by Potter's square-root update):
+    ///
+    /// ```text
+    /// f = S^T a    alpha = 1 / (f^T f + R)    g = alpha S f
+    /// z += g (y - offset - a^T z)             S -= g f^T / (1 + sqrt(alpha R))
+    /// ll -= (e^2 alpha - ln alpha + ln 2 pi) / 2,   e = y - offset - a^T z
+    /// ```
+    ///
+    /// `P` stays positive semi-definite whatever the rounding, and no matrix is inverted. Several
+    /// numbers with independent noise are conditioned one after the other, in any order; correlated
+    /// ones are whitened first. `a` and `offset` come from [`super::Latent::row`] and
+    /// [`Skill::offset`]; `variance` is `R`: sensor noise plus the skill's residual variance.
+    ///
+    /// Cost: `3 r^2` multiply-adds, one division, two square roots and a logarithm, after the `K * r`
+    /// of the row; no memory beyond the belief's own.
+    ///
+    /// # Errors
+    /// `a` not `r` long; value or row not finite; variance not positive and finite (an exact
+    /// observation makes `f^T f + R` singular in directions already known: give the sensor's
+    /// resolution); a result that the scalar cannot hold. The belief is unchanged by any of them.
+    pub fn condition(
+        &mut self,
+        a: &[T],
+        offset: T,
+        value: T,
+        variance: T,
+    ) -> Result<Innovation<T>, ConditionError> {
+        let innovation = self.prepare(a, offset, value, variance)?;
+        self.commit();
+        Ok(innovation)
+    }
+
+    /// Everything of [`Belief::condition`] that can fail, into scratch: mean, root and log-likelihood
+    /// are untouched until [`Belief::commit`].
+    ///
+    /// The new root needs no check of its own. By Cauchy and Schwarz `|g_i f_j| <= |S_i|`, the norm of
+    /// row `i` of the root, whose square, the variance of `z_i`, no observation enlarges and was finite
+    /// when the skill was made; so each new entry is at most `2 |S_i|`, far inside the scalar.
+    pub(super) fn prepare(
+        &mut self,
+        a: &[T],
+        offset: T,
+        value: T,
+        variance: T,
+    ) -> Result<Innovation<T>, ConditionError> {
+        if a.len() != self.rank {
+            return Err(ConditionError::Row(RowError::Buffer {
+                what: "row",
+                expected: self.rank,
+                got: a.len(),
+            }));
+        }
+        if !value.is_finite() {
+            return Err(ConditionError::Value {
+                value: value.widen(),
+            });
+        }
+        check_variance(variance)?;
+        let rank = self.rank;
+        let parts = self.parts();
+        project(parts.root, a, parts.projected);
+        let innovation_variance = dot(parts.projected, parts.projected) + variance;
+        let alpha = T::one() / innovation_variance;
+        let predicted = offset + dot(a, parts.mean);
+        let residual = value - predicted;
+        let half = T::of(0.5);
+        let log_likelihood =
+            parts.header[0] - half * (residual * alpha * residual - alpha.ln() + T::of(LN_TWO_PI));
+        let mut finite = alpha > T::zero() && (log_likelihood + log_likelihood).is_finite();
+        for ((gain, line), mean) in parts
+            .gain
+            .iter_mut()
+            .zip(parts.root.chunks_exact(rank))
+            .zip(parts.mean.iter())
+        {
+            *gain = alpha * dot(line, parts.projected);
+            finite &= gain.is_finite() && (*mean + *gain * residual).is_finite();
+        }
+        if !finite {
+            return Err(ConditionError::Overflow {
+                value: value.widen(),
+                predicted: predicted.widen(),
+            });
+        }
+        parts.header[1] = log_likelihood;
+        parts.header[2] = residual;
+        parts.header[3] = T::one() / (T::one() + (alpha * variance).sqrt());
+        Ok(Innovation {
+            residual,
+            variance: innovation_variance,
+        })
+    }
+
+    /// Makes the prepared update the belief. Cannot fail.
+    pub(super) fn commit(&mut self) {
+        let rank = self.rank;
+        let Parts {
+            header,
+            mean,
+            projected,
+            gain,
+            root,
+        } = self.parts();
+        header[0] = header[1];
+        let (residual, factor) = (header[2], header[3]);
+        for ((line, gain), mean) in root.chunks_exact_mut(rank).zip(gain.iter()).zip(mean) {
+            *mean += *gain * residual;
+            let scaled = *gain * factor;
+            for (entry, f) in line.iter_mut().zip(projected.iter()) {
+                *entry -= scaled * *f;
+            }
+        }
+    }
+
+    fn parts(&mut self) -> Parts<'_, T> {
+        let rank = self.rank;
+        let (header, rest) = self.storage.as_mut().split_at_mut(HEADER);
+        let (mean, rest) = rest.split_at_mut(rank);
+        let (projected, rest) = rest.split_at_mut(rank);
+        let (gain, rest) = rest.split_at_mut(rank);
+        Parts {
+            header,
+            mean,
+            projected,
+            gain,
+            root: &mut rest[..rank * rank],
+        }
+    }
+}
+
+/// Refuses a noise variance that is not positive and finite.
+pub(super) fn check_variance<T: Real>(variance: T) -> Result<(), ConditionError> {
+    if variance.is_finite() && variance > T::zero() {
+        return Ok(());
+    }
+    Err(ConditionError::Variance {
+        variance: variance.widen(),
+    })
+}
+
+/// `out = S^T a`, `S` square and row-major. `r^2` multiply-adds.
+pub(super) fn project<T: Real>(root: &[T], a: &[T], out: &mut [T]) {
+    out.fill(T::zero());
+    for (line, weight) in root.chunks_exact(a.len()).zip(a) {
+        for (sum, entry) in out.iter_mut().zip(line) {
+            *sum += *weight * *entry;
+        }
+    }
+}

@@ -1,0 +1,359 @@
+//! The prior: one shared loading, and skills as means and roots over its latent coordinates.
+
+use super::basis::Basis;
+use super::error::{ModelError, RowError};
+use crate::Real;
+
+/// Numbers in a loading of `dofs` DoFs, `basis` functions each, and `rank` columns.
+#[must_use]
+pub const fn loading_len(dofs: usize, basis: usize, rank: usize) -> usize {
+    dofs * basis * rank
+}
+
+/// What of a DoF is observed or asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Order<T> {
+    /// `y_d = psi(s)^T w_d`, in the DoF's own unit.
+    Position,
+    /// `dy_d/dt = psi'(s)^T w_d / duration`, in the DoF's unit per second.
+    Velocity {
+        /// How long the whole movement takes, seconds.
+        duration_s: T,
+    },
+}
+
+/// One DoF, its position or velocity, at one phase: a row of the observation matrix (eq. 13-16).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Row<T> {
+    /// Which DoF, from 0.
+    pub dof: usize,
+    /// Position or velocity.
+    pub order: Order<T>,
+    /// Phase of the movement; outside `[0, 1]` see [`Basis`].
+    pub phase: T,
+}
+
+impl<T> Row<T> {
+    /// The position of a DoF.
+    pub const fn position(dof: usize, phase: T) -> Self {
+        Self {
+            dof,
+            order: Order::Position,
+            phase,
+        }
+    }
+
+    /// The velocity of a DoF in a movement that takes `duration_s`.
+    pub const fn velocity(dof: usize, phase: T, duration_s: T) -> Self {
+        Self {
+            dof,
+            order: Order::Velocity { duration_s },
+            phase,
+        }
+    }
+}
+
+impl<T: Real> Row<T> {
+    /// `Ok` when what was computed for this row is finite.
+    pub(super) fn bounded(&self, finite: bool) -> Result<(), RowError> {
+        if finite {
+            return Ok(());
+        }
+        Err(RowError::Overflow {
+            dof: self.dof,
+            phase: self.phase.widen(),
+        })
+    }
+}
+
+/// The latent space `w = mu + L z` that all skills of a model share: a basis and a loading.
+#[derive(Clone, Copy, Debug)]
+pub struct Latent<'a, T> {
+    basis: Basis,
+    dofs: usize,
+    rank: usize,
+    loading: &'a [T],
+}
+
+impl<'a, T: Real> Latent<'a, T> {
+    /// A view of `loading`: `D*K x r`, row-major, rows DoF-major (`loading[(d * K + k) * r + j]`), in
+    /// the DoFs' raw units (any scaling used in learning folded in).
+    ///
+    /// # Errors
+    /// A zero dimension, a length other than `dofs * basis.count() * rank`, a number that is not finite.
+    pub fn new(
+        basis: Basis,
+        dofs: usize,
+        rank: usize,
+        loading: &'a [T],
+    ) -> Result<Self, ModelError> {
+        for (what, size) in [("DoF", dofs), ("latent dimension", rank)] {
+            if size == 0 {
+                return Err(ModelError::Empty { what });
+            }
+        }
+        let expected = dofs
+            .checked_mul(basis.count())
+            .and_then(|weights| weights.checked_mul(rank))
+            .ok_or(ModelError::TooLarge {
+                dofs,
+                basis: basis.count(),
+                rank,
+            })?;
+        check_len("the loading", loading, expected)?;
+        check_finite("the loading", loading)?;
+        Ok(Self {
+            basis,
+            dofs,
+            rank,
+            loading,
+        })
+    }
+
+    /// The basis.
+    #[must_use]
+    pub const fn basis(&self) -> &Basis {
+        &self.basis
+    }
+
+    /// Degrees of freedom, `D`.
+    #[must_use]
+    pub const fn dofs(&self) -> usize {
+        self.dofs
+    }
+
+    /// Latent dimensions, `r`.
+    #[must_use]
+    pub const fn rank(&self) -> usize {
+        self.rank
+    }
+
+    /// Weights of a movement, `D * K`.
+    #[must_use]
+    pub const fn weights(&self) -> usize {
+        self.dofs * self.basis.count()
+    }
+
+    /// The loading, as given.
+    #[must_use]
+    pub const fn loading(&self) -> &'a [T] {
+        self.loading
+    }
+
+    /// Writes the basis functions of the row to `psi` (`K` long; `psi'(s) / duration` for a velocity) and
+    /// `a = L_d^T psi` to `a` (`r` long). With [`Skill::offset`] the row's value is
+    /// `offset(psi) + a^T z`. Cost: the basis and `K * r` multiply-adds.
+    ///
+    /// # Errors
+    /// No such DoF, phase not finite, duration not positive and finite, a buffer of the wrong length,
+    /// a row that the scalar cannot hold.
+    pub fn row(&self, row: &Row<T>, psi: &mut [T], a: &mut [T]) -> Result<(), RowError> {
+        if row.dof >= self.dofs {
+            return Err(RowError::Dof {
+                dof: row.dof,
+                dofs: self.dofs,
+            });
+        }
+        if a.len() != self.rank {
+            return Err(RowError::Buffer {
+                what: "row",
+                expected: self.rank,
+                got: a.len(),
+            });
+        }
+        match row.order {
+            Order::Position => self.basis.values(row.phase, psi)?,
+            Order::Velocity { duration_s } => {
+                if !(duration_s.is_finite() && duration_s > T::zero()) {
+                    return Err(RowError::Duration {
+                        duration_s: duration_s.widen(),
+                    });
+                }
+                self.basis.derivatives(row.phase, psi)?;
+                for value in psi.iter_mut() {
+                    *value /= duration_s;
+                }
+            }
+        }
+        let block = self.basis.count() * self.rank;
+        a.fill(T::zero());
+        let loading = &self.loading[row.dof * block..(row.dof + 1) * block];
+        for (weight, line) in psi.iter().zip(loading.chunks_exact(self.rank)) {
+            for (sum, entry) in a.iter_mut().zip(line) {
+                *sum += *weight * *entry;
+            }
+        }
+        row.bounded(a.iter().all(|value| value.is_finite()))
+    }
+}
+
+/// One skill: the Gaussian `w = mu + L z`, `z ~ N(0, P0)`, `P0 = root root^T`, and its prior.
+#[derive(Clone, Copy, Debug)]
+pub struct Skill<'a, T> {
+    weight_mean: &'a [T],
+    root: Option<&'a [T]>,
+    residual_variance: &'a [T],
+    log_prior: T,
+}
+
+impl<'a, T: Real> Skill<'a, T> {
+    /// A view of a skill's parameters over `latent`.
+    ///
+    /// - `weight_mean`: `mu`, `D * K`, DoF-major, raw units;
+    /// - `root`: `r x r` row-major square root of the latent covariance (any: it need not be
+    ///   triangular), `None` for the identity;
+    /// - `residual_variance`: `D`, DoF unit squared: what the basis and the loading leave unexplained,
+    ///   added to the noise of every *position* observed; zeros if there is none. (The residual's
+    ///   velocity is unknown: velocities carry it in their own noise.)
+    /// - `log_prior`: log probability of the skill before any observation; need not be normalised.
+    ///
+    /// # Errors
+    /// A wrong length, a number that is not finite, a negative variance, a root whose covariance
+    /// overflows the scalar.
+    pub fn new(
+        latent: &Latent<'_, T>,
+        weight_mean: &'a [T],
+        root: Option<&'a [T]>,
+        residual_variance: &'a [T],
+        log_prior: T,
+    ) -> Result<Self, ModelError> {
+        let skill = Self {
+            weight_mean,
+            root,
+            residual_variance,
+            log_prior,
+        };
+        skill.matches(latent)?;
+        check_finite("the weight mean", weight_mean)?;
+        check_finite("the residual variance", residual_variance)?;
+        // Twice the log prior is finite, twice a log-likelihood is (`Belief::prepare`): their sum is.
+        check_finite("twice the log prior", &[log_prior + log_prior])?;
+        if let Some(dof) = residual_variance.iter().position(|v| *v < T::zero()) {
+            return Err(ModelError::NegativeVariance {
+                dof,
+                value: residual_variance[dof].widen(),
+            });
+        }
+        if let Some(root) = root {
+            check_finite("the root", root)?;
+            let overflows = |line: &[T]| !dot(line, line).is_finite();
+            if let Some(row) = root.chunks_exact(latent.rank()).position(overflows) {
+                return Err(ModelError::RootOverflow { row });
+            }
+        }
+        Ok(skill)
+    }
+
+    /// Whether the skill has the shape of `latent`.
+    pub(super) fn matches(&self, latent: &Latent<'_, T>) -> Result<(), ModelError> {
+        check_len("the weight mean", self.weight_mean, latent.weights())?;
+        check_len(
+            "the residual variance",
+            self.residual_variance,
+            latent.dofs(),
+        )?;
+        match self.root {
+            Some(root) => check_len("the root", root, latent.rank().saturating_pow(2)),
+            None => Ok(()),
+        }
+    }
+
+    /// `mu`, `D * K`.
+    #[must_use]
+    pub const fn weight_mean(&self) -> &'a [T] {
+        self.weight_mean
+    }
+
+    /// Square root of the latent prior covariance; `None` is the identity.
+    #[must_use]
+    pub const fn root(&self) -> Option<&'a [T]> {
+        self.root
+    }
+
+    /// Unexplained position variance of each DoF.
+    #[must_use]
+    pub const fn residual_variance(&self) -> &'a [T] {
+        self.residual_variance
+    }
+
+    /// Log prior probability.
+    #[must_use]
+    pub const fn log_prior(&self) -> T {
+        self.log_prior
+    }
+
+    /// The row's value at `z = 0`: `psi^T mu_d`, with `psi` from [`Latent::row`]. `K` multiply-adds.
+    ///
+    /// Where the functions sum to one (their derivatives to zero) the sum is taken about the weight `c`
+    /// under the largest of them, `c + psi^T (mu_d - c)`: the rounding of `psi` and of the sum then falls
+    /// on small differences, which halves the error of `f32` after many observations.
+    ///
+    /// # Errors
+    /// No such DoF.
+    pub fn offset(&self, basis: &Basis, row: &Row<T>, psi: &[T]) -> Result<T, RowError> {
+        let dofs = self.residual_variance.len();
+        let mean = self
+            .weight_mean
+            .chunks_exact(basis.count())
+            .nth(row.dof)
+            .ok_or(RowError::Dof { dof: row.dof, dofs })?;
+        if !basis.sums_to_one() {
+            return Ok(dot(psi, mean));
+        }
+        let pairs = || psi.iter().zip(mean);
+        let (_, center) = pairs().fold((T::zero(), T::zero()), |best, (value, weight)| {
+            if *value > best.0 {
+                (*value, *weight)
+            } else {
+                best
+            }
+        });
+        let sum = match row.order {
+            Order::Position => center,
+            Order::Velocity { .. } => T::zero(),
+        };
+        Ok(pairs().fold(T::zero(), |sum, (value, weight)| {
+            sum + *value * (*weight - center)
+        }) + sum)
+    }
+
+    /// What the skill adds to the noise of an observation of `row`: its residual variance for a
+    /// position, nothing for a velocity.
+    pub(super) fn residual(&self, row: &Row<T>) -> T {
+        match row.order {
+            Order::Position => self
+                .residual_variance
+                .get(row.dof)
+                .copied()
+                .unwrap_or_else(T::zero),
+            Order::Velocity { .. } => T::zero(),
+        }
+    }
+}
+
+/// Inner product of two slices of one length.
+pub(super) fn dot<T: Real>(a: &[T], b: &[T]) -> T {
+    a.iter().zip(b).fold(T::zero(), |sum, (x, y)| sum + *x * *y)
+}
+
+fn check_len<T>(what: &'static str, slice: &[T], expected: usize) -> Result<(), ModelError> {
+    if slice.len() == expected {
+        return Ok(());
+    }
+    Err(ModelError::Length {
+        what,
+        expected,
+        got: slice.len(),
+    })
+}
+
+fn check_finite<T: Real>(what: &'static str, slice: &[T]) -> Result<(), ModelError> {
+    match slice.iter().position(|value| !value.is_finite()) {
+        None => Ok(()),
+        Some(index) => Err(ModelError::NonFinite {
+            what,
+            index,
+            value: slice[index].widen(),
+        }),
+    }
+}
