@@ -1,4 +1,8 @@
 //! The host: joins the wearable's packets with the hand's position, learns and recognises skills, and
 //! commands a robot as an impedance.
 
+pub mod envelope;
+pub mod link;
+pub mod robot;
+pub mod simulate;
 pub mod table;

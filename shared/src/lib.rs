@@ -10,6 +10,7 @@
 //! ```
 #![no_std]
 
+pub mod gatt;
 pub mod pipeline;
 pub mod promp;
 mod real;

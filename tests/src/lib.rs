@@ -1,5 +1,8 @@
 //! Where the suites find reference values and real recordings, and how they read them.
 
+pub mod frames;
+pub mod wearer;
+
 use std::path::PathBuf;
 
 /// The folder with `data` and `reference` beside the project, or what `TONUS_DATA` names.
@@ -23,6 +26,17 @@ pub fn recordings() -> PathBuf {
     path
 }
 
+/// Settings of a property test: this many cases, the same ones at every run.
+#[must_use]
+pub fn seeded(cases: u32) -> proptest::test_runner::Config {
+    proptest::test_runner::Config {
+        cases,
+        failure_persistence: None,
+        rng_seed: proptest::test_runner::RngSeed::Fixed(20_260_101),
+        ..Default::default()
+    }
+}
+
 /// The folder with the reference values, beside the recordings.
 ///
 /// # Panics
@@ -36,4 +50,15 @@ pub fn reference() -> PathBuf {
         path.display()
     );
     path
+}
+
+/// Settings of a property test: this many cases, the same ones at every run.
+#[must_use]
+pub fn seeded(cases: u32) -> proptest::test_runner::Config {
+    proptest::test_runner::Config {
+        cases,
+        failure_persistence: None,
+        rng_seed: proptest::test_runner::RngSeed::Fixed(20_260_101),
+        ..Default::default()
+    }
 }

@@ -1,0 +1,75 @@
+//! When each scan was taken, and how many were lost.
+//!
+//! The converter fills one buffer after another by itself, paced by a timer on the crystal oscillator;
+//! the processor only sees each buffer's end, a little late. [`ScanClock`] turns those ends into an
+//! evenly spaced index and time for every scan.
+
+/// Share of the difference between a buffer's observed and expected end that moves the clock.
+///
+/// The scan timer and the device clock run from two crystals some tens of parts per million apart, so
+/// the difference must be followed; wake-up jitter of some tens of microseconds must not.
+const FOLLOW_DIVISOR: i64 = 16;
+
+/// Index and time of the scans in one buffer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Block {
+    /// Index of the first scan; a jump against the block before is a gap of that many scans.
+    pub first_index: u32,
+    /// Device time of the first scan in microseconds.
+    pub first_acquired_us: u64,
+    /// Scans lost between the block before and this one.
+    pub lost: u32,
+}
+
+/// Gives index and device time to scans that arrive in buffers of a fixed length.
+#[derive(Clone, Debug)]
+pub struct ScanClock {
+    period_us: u32,
+    scans: u32,
+    next_index: u32,
+    expected_end_us: Option<u64>,
+}
+
+impl ScanClock {
+    /// A clock for buffers of `scans` scans, `period_us` microseconds apart.
+    #[must_use]
+    pub const fn new(period_us: u32, scans: u32) -> Self {
+        Self {
+            period_us,
+            scans,
+            next_index: 0,
+            expected_end_us: None,
+        }
+    }
+
+    /// Takes the device time in microseconds at which a buffer was seen to be full.
+    ///
+    /// An end that is late by more than half a buffer means that whole buffers were overwritten before
+    /// the processor looked: they are skipped in the index and reported in [`Block::lost`].
+    pub fn buffer_full(&mut self, seen_us: u64) -> Block {
+        let buffer_us = u64::from(self.period_us) * u64::from(self.scans);
+        let expected_us = self.expected_end_us.unwrap_or(seen_us);
+        let late_us = seen_us.saturating_sub(expected_us);
+        let lost_buffers = (late_us + buffer_us / 2) / buffer_us.max(1);
+        let lost = u32::try_from(lost_buffers * u64::from(self.scans)).unwrap_or(u32::MAX);
+
+        let resumed_us = expected_us + lost_buffers * buffer_us;
+        let end_us = resumed_us.saturating_add_signed(follow(resumed_us, seen_us));
+        let first_index = self.next_index.wrapping_add(lost);
+        self.next_index = first_index.wrapping_add(self.scans);
+        self.expected_end_us = Some(end_us + buffer_us);
+        Block {
+            first_index,
+            first_acquired_us: end_us.saturating_sub(buffer_us - u64::from(self.period_us)),
+            lost,
+        }
+    }
+}
+
+/// How far the clock moves towards what was seen, in microseconds.
+fn follow(expected_us: u64, seen_us: u64) -> i64 {
+    seen_us
+        .cast_signed()
+        .wrapping_sub(expected_us.cast_signed())
+        / FOLLOW_DIVISOR
+}

@@ -1,0 +1,87 @@
+//! The nRF52840 DK: the only file that names pins, timers, programmable interconnect (PPI) channels and
+//! interrupt priorities.
+//!
+//! Nordic's radio libraries own RADIO, TIMER0, RTC0, CLOCK, TEMP and PPI 17 to 31. Priorities, urgent
+//! first: 0 radio; 2 time driver; 3 converter; 4 radio library's own work; 6 signal path; then the thread.
+
+use embassy_nrf::{
+    Peri, bind_interrupts,
+    config::{Config, HfclkSource, LfclkSource},
+    interrupt::{self, InterruptExt, Priority},
+    mode::Async,
+    pac, peripherals,
+    rng::{self, Rng},
+    saadc,
+};
+use nrf_sdc::mpsl::{ClockInterruptHandler, HighPrioInterruptHandler, LowPrioInterruptHandler};
+use trouble_host::Address;
+
+bind_interrupts!(pub(crate) struct Irqs {
+    RNG => rng::InterruptHandler<peripherals::RNG>;
+    EGU0_SWI0 => LowPrioInterruptHandler;
+    CLOCK_POWER => ClockInterruptHandler;
+    RADIO => HighPrioInterruptHandler;
+    TIMER0 => HighPrioInterruptHandler;
+    RTC0 => HighPrioInterruptHandler;
+    SAADC => saadc::InterruptHandler;
+});
+
+/// The software interrupt that runs the signal path above the thread.
+pub(crate) const SIGNAL_PATH_INTERRUPT: interrupt::Interrupt = interrupt::EGU1_SWI1;
+
+/// What the converter needs: its input, and a timer that starts every scan without the processor.
+pub(crate) struct FrontEnd {
+    pub(crate) converter: Peri<'static, peripherals::SAADC>,
+    /// AIN0: the conditioned output of one sEMG electrode pair.
+    pub(crate) electrodes: Peri<'static, peripherals::P0_02>,
+    pub(crate) timer: Peri<'static, peripherals::TIMER1>,
+    pub(crate) restart: Peri<'static, peripherals::PPI_CH0>,
+    pub(crate) pace: Peri<'static, peripherals::PPI_CH1>,
+}
+
+/// What Nordic's libraries need.
+pub(crate) struct Radio {
+    pub(crate) mpsl: nrf_sdc::mpsl::Peripherals<'static>,
+    pub(crate) controller: nrf_sdc::Peripherals<'static>,
+    pub(crate) random: Rng<'static, Async>,
+    pub(crate) address: Address,
+}
+
+/// Starts clocks and time, sets every priority, and shares out the chip. Call once.
+pub(crate) fn take() -> (FrontEnd, Radio) {
+    let mut config = Config::default();
+    config.hfclk_source = HfclkSource::ExternalXtal;
+    config.lfclk_source = LfclkSource::ExternalXtal;
+    config.gpiote_interrupt_priority = Priority::P2;
+    config.time_interrupt_priority = Priority::P2;
+    let p = embassy_nrf::init(config);
+    interrupt::SAADC.set_priority(Priority::P3);
+    SIGNAL_PATH_INTERRUPT.set_priority(Priority::P6);
+
+    let front_end = FrontEnd {
+        converter: p.SAADC,
+        electrodes: p.P0_02,
+        timer: p.TIMER1,
+        restart: p.PPI_CH0,
+        pace: p.PPI_CH1,
+    };
+    let radio = Radio {
+        mpsl: nrf_sdc::mpsl::Peripherals::new(
+            p.RTC0, p.TIMER0, p.TEMP, p.PPI_CH19, p.PPI_CH30, p.PPI_CH31,
+        ),
+        controller: nrf_sdc::Peripherals::new(
+            p.PPI_CH17, p.PPI_CH18, p.PPI_CH20, p.PPI_CH21, p.PPI_CH22, p.PPI_CH23, p.PPI_CH24,
+            p.PPI_CH25, p.PPI_CH26, p.PPI_CH27, p.PPI_CH28, p.PPI_CH29,
+        ),
+        random: Rng::new(p.RNG, Irqs),
+        address: static_address(),
+    };
+    (front_end, radio)
+}
+
+/// The factory's random number as a static random address: its two highest bits must be set.
+fn static_address() -> Address {
+    let low = pac::FICR.deviceaddr(0).read().to_le_bytes();
+    let high = pac::FICR.deviceaddr(1).read().to_le_bytes();
+    Address::random([low[0], low[1], low[2], low[3], high[0], high[1] | 0xc0])
+}

@@ -1,0 +1,76 @@
+//! The command line: one file per verb.
+//!
+//! Exit code 0 is success, 1 a failure on data or files, 2 a command line that makes no sense.
+
+mod envelope;
+
+use std::io::Write;
+use std::path::Path;
+use std::process::ExitCode;
+
+use anyhow::Context;
+use clap::{Parser, Subcommand};
+
+/// Recognise what a person does and how firmly, and let a robot follow as an impedance.
+///
+/// Without a verb: the whole chain on a simulated wearer (`tonus demo`).
+#[derive(Parser)]
+#[command(
+    name = "tonus",
+    version,
+    after_help = "Example:\n  tonus demo --headless --seed 7 --json"
+)]
+struct Tonus {
+    /// Print one JSON document instead of text.
+    #[arg(long, global = true)]
+    json: bool,
+    #[command(subcommand)]
+    verb: Option<Verb>,
+}
+
+#[derive(Subcommand)]
+enum Verb {
+    Envelope(envelope::EnvelopeArgs),
+}
+
+/// Parses the command line and runs the verb.
+pub(crate) fn main() -> ExitCode {
+    let Tonus { json, verb } = Tonus::parse();
+    let outcome = match verb {
+        Some(Verb::Envelope(args)) => args.run(json),
+        None => Ok(()),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("tonus: {error:#}");
+            let usage = error.is::<UsageError>();
+            if usage {
+                ExitCode::from(2)
+            } else {
+                ExitCode::FAILURE
+            }
+        }
+    }
+}
+
+/// Options that parse one by one and make no sense together.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}; see --help")]
+pub(crate) struct UsageError(pub(crate) &'static str);
+
+/// Writes a file so that an interruption leaves the old one or the new one, never half of one.
+pub(crate) fn write_atomically(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    let write = || {
+        let mut file = tempfile::NamedTempFile::new_in(folder)?;
+        file.write_all(bytes)?;
+        file.as_file().sync_all()?;
+        file.persist(path).map_err(|failed| failed.error)?;
+        Ok::<(), std::io::Error>(())
+    };
+    write().with_context(|| format!("{}: cannot be written", path.display()))
+}

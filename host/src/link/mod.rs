@@ -1,0 +1,3 @@
+//! How bytes reach the host.
+
+pub mod simulated;

@@ -1,1 +1,0 @@
-//! Scans in, packets out: the signal path of the wearable, without input or output of its own.

@@ -1,0 +1,200 @@
+//! From counts to activation: what all channels go through at every scan.
+
+use crate::Real;
+use crate::sample::AdcScale;
+use crate::semg::activation::{Activation, ActivationState, Normalisation};
+use crate::semg::chain::{Chain, ChainState};
+use crate::semg::quality::{Quality, QualityMonitor, QualityState};
+use crate::semg::smoother::{WINDOW_CAPACITY, window_samples};
+use crate::wire::{MAX_CHANNELS, MAX_ENVELOPE, Muscle};
+
+use super::config::{PipelineConfig, PipelineError};
+
+/// Warnings under which a channel's envelope is not believed. Hum is not among them: it is there at rest
+/// too, and the rest level takes it off.
+const UNBELIEVABLE: [Quality; 3] = [Quality::SATURATED, Quality::FLAT, Quality::LEAD_OFF];
+/// How many of its delays a chain remembers a disturbance for.
+const MEMORY_DELAYS: f64 = 3.0;
+
+#[derive(Clone, Copy, Debug)]
+struct Channel {
+    normalisation: Normalisation<f32>,
+    /// Share in the activation: one over the number of channels on the same head; none off the four heads.
+    weight: Option<f32>,
+    chain: ChainState<f32>,
+    quality: QualityState,
+    /// Newest normalised envelope.
+    envelope: f32,
+    /// Newest one that was believed.
+    believed: f32,
+    warnings: Quality,
+    warnings_since_status: Quality,
+}
+
+/// All channels.
+#[derive(Clone, Debug)]
+pub(super) struct Signals<const C: usize> {
+    /// The front end's own detection.
+    pub(super) lead_off: [bool; C],
+    adc: AdcScale,
+    chain: Chain<f32>,
+    monitor: QualityMonitor,
+    channels: [Channel; C],
+    activation: Activation<C>,
+    activation_state: ActivationState<f32>,
+    activation_delay_s: f64,
+    newest_activation: f32,
+    held: bool,
+}
+
+impl<const C: usize> Signals<C> {
+    pub(super) fn new(config: &PipelineConfig<C>) -> Result<Self, PipelineError> {
+        let rate_hz = config.chain.rate_hz;
+        let chain = Chain::design(&config.chain)?;
+        let window = window_samples(config.activation_window_s, rate_hz, WINDOW_CAPACITY - 1)?;
+        let mut channels = [Channel {
+            normalisation: normalisation(config, 0)?,
+            weight: None,
+            chain: ChainState::new(),
+            quality: QualityState::new(),
+            envelope: 0.0,
+            believed: 0.0,
+            warnings: Quality::GOOD,
+            warnings_since_status: Quality::GOOD,
+        }; C];
+        for (index, channel) in channels.iter_mut().enumerate() {
+            channel.normalisation = normalisation(config, index)?;
+            channel.weight = weight(config, index);
+        }
+        let activation = Activation::new(channels.map(|channel| channel.weight.is_some()), window)?;
+        Ok(Self {
+            lead_off: [false; C],
+            adc: config.adc,
+            chain,
+            monitor: QualityMonitor::new(rate_hz, config.adc)?,
+            channels,
+            activation,
+            activation_state: ActivationState::new(),
+            activation_delay_s: activation.delay_s(rate_hz),
+            newest_activation: 0.0,
+            held: false,
+        })
+    }
+
+    /// Delay of the envelopes, s.
+    pub(super) fn chain_delay_s(&self) -> f64 {
+        self.chain.delay_s()
+    }
+
+    /// Delay of the activation, s.
+    pub(super) fn delay_s(&self) -> f64 {
+        self.chain.delay_s() + self.activation_delay_s
+    }
+
+    /// How long a disturbance shows, s.
+    pub(super) fn memory_s(&self) -> f64 {
+        MEMORY_DELAYS * self.delay_s()
+    }
+
+    /// Starts the filters anew, as after a long gap; the last believed envelopes stay.
+    pub(super) fn restart(&mut self) {
+        for channel in &mut self.channels {
+            channel.chain.reset();
+        }
+    }
+
+    /// One scan. While `settling`, no envelope is believed. Gives the number of samples refused.
+    pub(super) fn step(&mut self, counts: &[i32; C], settling: bool) -> u32 {
+        let mut refused = 0;
+        let mut weighted = [0.0; C];
+        self.held = false;
+        let slots = self.channels.iter_mut().zip(&mut weighted);
+        for ((channel, weighted), (count, lead_off)) in slots.zip(counts.iter().zip(self.lead_off))
+        {
+            channel.warnings = self.monitor.step(&mut channel.quality, *count, lead_off);
+            channel.warnings_since_status = channel.warnings_since_status.with(channel.warnings);
+            let mut believed = !settling
+                && !UNBELIEVABLE
+                    .iter()
+                    .any(|bad| channel.warnings.contains(*bad));
+            let envelope = self.chain.step(&mut channel.chain, self.adc.volts(*count));
+            match envelope.map(|envelope| channel.normalisation.apply(envelope)) {
+                Ok(envelope) if envelope <= MAX_ENVELOPE => channel.envelope = envelope,
+                Ok(_) | Err(_) => {
+                    refused += 1;
+                    believed = false;
+                }
+            }
+            if believed {
+                channel.believed = channel.envelope;
+            }
+            if let Some(weight) = channel.weight {
+                *weighted = weight * channel.believed;
+                self.held |= !believed;
+            }
+        }
+        match self.activation.step(&mut self.activation_state, &weighted) {
+            // A mean of what is not negative; the window's running sum may round to just below zero.
+            Ok(activation) => self.newest_activation = activation.max(0.0),
+            Err(_) => refused += 1,
+        }
+        refused
+    }
+
+    /// Newest activation (eq. 4), and whether a value in it is held.
+    pub(super) fn activation(&self) -> (f32, bool) {
+        (self.newest_activation, self.held)
+    }
+
+    /// Newest normalised envelopes.
+    pub(super) fn envelopes(&self) -> [f32; C] {
+        self.channels.map(|channel| channel.envelope)
+    }
+
+    /// Newest warnings.
+    pub(super) fn quality(&self) -> [Quality; C] {
+        self.channels.map(|channel| channel.warnings)
+    }
+
+    /// Warnings since this was last asked.
+    pub(super) fn take_quality_since_status(&mut self) -> [Quality; C] {
+        let mut warnings = [Quality::GOOD; C];
+        for (warnings, channel) in warnings.iter_mut().zip(&mut self.channels) {
+            *warnings = core::mem::take(&mut channel.warnings_since_status);
+        }
+        warnings
+    }
+}
+
+fn normalisation<const C: usize>(
+    config: &PipelineConfig<C>,
+    channel: usize,
+) -> Result<Normalisation<f32>, PipelineError> {
+    let levels = &config.channels[channel];
+    Normalisation::new(f32::of(levels.rest_v), f32::of(levels.mvc_v))
+        .map_err(|source| PipelineError::Calibration { channel, source })
+}
+
+fn weight<const C: usize>(config: &PipelineConfig<C>, channel: usize) -> Option<f32> {
+    let muscle = config.channels[channel].muscle;
+    let on_same = config
+        .channels
+        .iter()
+        .filter(|other| other.muscle == muscle)
+        .count();
+    match muscle {
+        Muscle::BicepsShort | Muscle::BicepsLong | Muscle::TricepsLateral | Muscle::TricepsLong => {
+            Some(1.0 / on_same as f32)
+        }
+        Muscle::Absent | Muscle::Other => None,
+    }
+}
+
+/// Channel values in the packet's slots; unused slots are zero.
+pub(super) fn slots<V: Copy + Default, const C: usize>(values: [V; C]) -> [V; MAX_CHANNELS] {
+    let mut slots = [V::default(); MAX_CHANNELS];
+    for (slot, value) in slots.iter_mut().zip(values) {
+        *slot = value;
+    }
+    slots
+}
