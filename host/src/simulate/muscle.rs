@@ -30,8 +30,8 @@ const OVERSHOOT: f64 = 0.5;
 const WORKING: [f64; 2] = [1.0, 0.9];
 const CO_CONTRACTING: [f64; 2] = [0.55, 0.45];
 /// Standard deviations of the logarithms of the gains, trial to trial.
-const COMMON_GAIN_SD: f64 = 0.06;
-const CHANNEL_GAIN_SD: f64 = 0.06;
+const COMMON_GAIN_SD: f64 = 0.05;
+const CHANNEL_GAIN_SD: f64 = 0.05;
 const OVERSHOOT_SD: f64 = 0.2;
 /// Activation is drawn from here: muscles cannot exceed a maximum contraction.
 const LARGEST: f64 = 1.0;
