@@ -1,6 +1,7 @@
 //! The host: joins the wearable's packets with the hand's position, learns and recognises skills, and
 //! commands a robot as an impedance.
 
+pub mod demonstration;
 pub mod envelope;
 pub mod link;
 pub mod robot;

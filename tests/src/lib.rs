@@ -51,14 +51,3 @@ pub fn reference() -> PathBuf {
     );
     path
 }
-
-/// Settings of a property test: this many cases, the same ones at every run.
-#[must_use]
-pub fn seeded(cases: u32) -> proptest::test_runner::Config {
-    proptest::test_runner::Config {
-        cases,
-        failure_persistence: None,
-        rng_seed: proptest::test_runner::RngSeed::Fixed(20_260_101),
-        ..Default::default()
-    }
-}
