@@ -4,6 +4,7 @@
 pub mod demonstration;
 pub mod envelope;
 pub mod link;
+pub mod model;
 pub mod robot;
 pub mod simulate;
 pub mod table;
