@@ -238,29 +238,45 @@ impl Table {
     /// # Errors
     /// When there is no such column, or a cell is empty, not a number, NaN or infinite.
     pub fn numbers(&self, column: &str) -> Result<Vec<f64>, TableError> {
-        let cells = self.numbers_or_gaps(column)?;
-        let filled = cells.into_iter().enumerate().map(|(row, cell)| {
+        self.numbers_in(column, 0..self.rows())
+    }
+
+    /// As [`Table::numbers`], of the rows in `rows` only (from 0, cut to the table's).
+    ///
+    /// # Errors
+    /// As [`Table::numbers`]; the other rows may hold anything.
+    pub fn numbers_in(&self, column: &str, rows: Range<usize>) -> Result<Vec<f64>, TableError> {
+        let start = rows.start;
+        let cells = self.numbers_or_gaps_in(column, rows)?;
+        let filled = cells.into_iter().enumerate().map(|(offset, cell)| {
             cell.ok_or_else(|| TableError::EmptyCell {
-                place: self.place(row, column),
+                place: self.place(start + offset, column),
             })
         });
         filled.collect()
     }
 
-    /// A column as finite numbers, with `None` where the cell is empty.
+    /// As [`Table::numbers_in`], with `None` where a cell is empty.
     ///
     /// # Errors
     /// When there is no such column, or a cell is not a number, NaN or infinite.
-    pub fn numbers_or_gaps(&self, column: &str) -> Result<Vec<Option<f64>>, TableError> {
-        let cells = self.text(column)?.into_iter().enumerate();
-        cells
-            .map(|(row, text)| self.number(row, column, text))
-            .collect()
+    pub fn numbers_or_gaps_in(
+        &self,
+        column: &str,
+        rows: Range<usize>,
+    ) -> Result<Vec<Option<f64>>, TableError> {
+        let number = self.find(column)?;
+        let range = rows.start.min(self.rows())..rows.end.min(self.rows());
+        let cells = range.map(|row| {
+            let text = self.rows[row].get(number).unwrap_or("");
+            self.number(row, column, text)
+        });
+        cells.collect()
     }
 
-    /// Refuses `times_s` unless they strictly increase within `rows` (row numbers from 0).
+    /// Refuses `times_s` unless they strictly increase.
     ///
-    /// `times_s` holds the numbers of `column` for the whole table; `rows` beyond its end are not looked at.
+    /// `times_s` holds the numbers of `column` from row `first_row` on (from 0).
     ///
     /// # Errors
     /// [`TableError::NotIncreasing`] at the first time that does not come after its predecessor.
@@ -268,20 +284,16 @@ impl Table {
         &self,
         column: &str,
         times_s: &[f64],
-        rows: Range<usize>,
+        first_row: usize,
     ) -> Result<(), TableError> {
-        for row in rows.start + 1..rows.end.min(times_s.len()) {
-            let (previous, value) = (times_s[row - 1], times_s[row]);
-            if value <= previous {
-                let place = self.place(row, column);
-                return Err(TableError::NotIncreasing {
-                    place,
-                    previous,
-                    value,
-                });
-            }
-        }
-        Ok(())
+        let Some(back) = times_s.windows(2).position(|pair| pair[1] <= pair[0]) else {
+            return Ok(());
+        };
+        Err(TableError::NotIncreasing {
+            place: self.place(first_row + back + 1, column),
+            previous: times_s[back],
+            value: times_s[back + 1],
+        })
     }
 
     /// Where the cell of `column` in row `row` (from 0) stands in the file.

@@ -31,7 +31,10 @@ fn byte_order_mark_carriage_returns_and_quotes_are_read() {
 #[test]
 fn an_empty_cell_is_a_gap_only_where_gaps_are_asked_for() {
     let table = read("t_s,x\n0,\n1,2\n").unwrap();
-    assert_eq!(table.numbers_or_gaps("x").unwrap(), [None, Some(2.0)]);
+    assert_eq!(
+        table.numbers_or_gaps_in("x", 0..2).unwrap(),
+        [None, Some(2.0)]
+    );
     assert_eq!(
         message(table.numbers("x")),
         "demos.csv:2: column `x`: empty, a number is needed"
@@ -75,16 +78,30 @@ fn bad_cells_are_named() {
 }
 
 #[test]
-fn times_must_increase_within_the_range() {
+fn times_must_increase() {
     let table = read("t_s\n0\n1\n0\n0\n").unwrap();
-    let times_s = table.numbers("t_s").unwrap();
-    assert!(table.strictly_increasing("t_s", &times_s, 0..2).is_ok());
-    assert!(table.strictly_increasing("t_s", &times_s, 2..3).is_ok());
+    let increasing = |rows: std::ops::Range<usize>| {
+        let times_s = table.numbers_in("t_s", rows.clone()).unwrap();
+        table.strictly_increasing("t_s", &times_s, rows.start)
+    };
+    assert!(increasing(0..2).is_ok());
+    assert!(increasing(2..3).is_ok());
     assert_eq!(
-        message(table.strictly_increasing("t_s", &times_s, 0..4)),
+        message(increasing(0..4)),
         "demos.csv:4: column `t_s`: 0 does not come after 1; times must strictly increase"
     );
-    assert!(table.strictly_increasing("t_s", &times_s, 2..4).is_err());
+    assert_eq!(
+        message(increasing(2..4)),
+        "demos.csv:5: column `t_s`: 0 does not come after 0; times must strictly increase"
+    );
+}
+
+#[test]
+fn only_the_rows_asked_for_must_be_numbers() {
+    let table = read("x\nno\n1\n2\nno\n").unwrap();
+    assert_eq!(table.numbers_in("x", 1..3).unwrap(), [1.0, 2.0]);
+    assert!(table.numbers_in("x", 1..9).is_err());
+    assert_eq!(table.numbers_in("x", 7..9).unwrap(), [0.0; 0]);
 }
 
 #[test]

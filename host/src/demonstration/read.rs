@@ -1,0 +1,127 @@
+//! Demonstrations out of a CSV table.
+
+use std::ops::Range;
+use std::path::PathBuf;
+
+use super::{Demonstration, DemonstrationError};
+use crate::table::{Table, TableError};
+
+/// Which columns are DoFs and which labels are no skills.
+#[derive(Clone, Copy, Debug)]
+pub struct Choice<'a> {
+    /// Columns to read, in the order the model will have them.
+    pub dofs: &'a [String],
+    /// Labels to leave out.
+    pub exclude: &'a [String],
+}
+
+/// Why a file holds no usable demonstrations.
+#[derive(Debug, thiserror::Error)]
+pub enum ReadError {
+    /// The file is no table, or a cell of it is wrong.
+    #[error(transparent)]
+    Table(#[from] TableError),
+    /// A run of rows that is no demonstration.
+    #[error("{}:{line}: the run of `{label}` that starts here: {source}; exclude the label or mend the rows", file.display())]
+    Run {
+        /// The file.
+        file: PathBuf,
+        /// Line of its first row, from 1.
+        line: u64,
+        /// Its label.
+        label: String,
+        /// What is wrong with it.
+        source: DemonstrationError,
+    },
+    /// Every label is excluded.
+    #[error("{}: no demonstrations left: its labels are {}", file.display(), labels.join(", "))]
+    NothingLeft {
+        /// The file.
+        file: PathBuf,
+        /// The labels it has.
+        labels: Vec<String>,
+    },
+    /// A row without a label.
+    #[error("{}:{line}: column `label`: empty, name the skill or a label to exclude", file.display())]
+    NoLabel {
+        /// The file.
+        file: PathBuf,
+        /// Line, from 1.
+        line: u64,
+    },
+}
+
+/// Reads the demonstrations of a table with the columns `t_s` (seconds), `label`, `trial` and those of
+/// `choice`. Rows of excluded labels may hold anything in the DoFs' columns. Rows with an empty cell in
+/// a DoF's column are left out.
+///
+/// # Errors
+/// A column that is missing, a cell that is not a finite number, an empty label, times that do not increase
+/// within a demonstration, fewer than two rows of it, nothing left.
+pub fn read(table: &Table, choice: &Choice<'_>) -> Result<Vec<Demonstration>, ReadError> {
+    let labels = table.text("label")?;
+    let trials = table.text("trial")?;
+    for dof in choice.dofs {
+        table.text(dof)?;
+    }
+    if let Some(row) = labels.iter().position(|label| label.is_empty()) {
+        return Err(ReadError::NoLabel {
+            file: table.file().to_owned(),
+            line: table.place(row, "label").line,
+        });
+    }
+    let mut found = Vec::new();
+    let mut start = 0;
+    while start < table.rows() {
+        let same = |row: usize| (labels[row], trials[row]) == (labels[start], trials[start]);
+        let end = (start + 1..table.rows())
+            .find(|&row| !same(row))
+            .unwrap_or(table.rows());
+        if !choice.exclude.iter().any(|name| name == labels[start]) {
+            let names = (labels[start], trials[start]);
+            found.push(run(table, choice.dofs, names, start..end)?);
+        }
+        start = end;
+    }
+    if found.is_empty() {
+        let mut names: Vec<_> = labels.iter().map(|&label| label.to_owned()).collect();
+        names.sort_unstable();
+        names.dedup();
+        return Err(ReadError::NothingLeft {
+            file: table.file().to_owned(),
+            labels: names,
+        });
+    }
+    Ok(found)
+}
+
+fn run(
+    table: &Table,
+    dofs: &[String],
+    (label, trial): (&str, &str),
+    rows: Range<usize>,
+) -> Result<Demonstration, ReadError> {
+    let columns = dofs
+        .iter()
+        .map(|dof| table.numbers_or_gaps_in(dof, rows.clone()));
+    let columns = columns.collect::<Result<Vec<_>, _>>()?;
+    let mut t_s: Vec<f64> = Vec::with_capacity(rows.len());
+    let mut values = vec![Vec::with_capacity(rows.len()); dofs.len()];
+    let times_s = table.numbers_in("t_s", rows.clone())?;
+    table.strictly_increasing("t_s", &times_s, rows.start)?;
+    for (offset, &time_s) in times_s.iter().enumerate() {
+        let cells: Option<Vec<f64>> = columns.iter().map(|column| column[offset]).collect();
+        if let Some(cells) = cells {
+            t_s.push(time_s);
+            for (series, cell) in values.iter_mut().zip(cells) {
+                series.push(cell);
+            }
+        }
+    }
+    Demonstration::new(label, trial, table.file(), t_s, values).map_err(|source| ReadError::Run {
+        file: table.file().to_owned(),
+        line: table.place(rows.start, "label").line,
+        label: label.to_owned(),
+        source,
+    })
+}

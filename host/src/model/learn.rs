@@ -1,0 +1,411 @@
+//! From demonstrations to a model.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use tonus_shared::promp::RowError;
+
+use super::shrinkage::{Scatter, Shares};
+use super::subspace::{Deviations, Subspace, SubspaceError, extended};
+use super::weights::{design, fit};
+use super::{
+    Dof, Durations, Hyperparameters, Model, NotPositive, Parts, PartsError, Shrinkage, Valid,
+};
+use crate::demonstration::Demonstration;
+
+/// Phases per DoF at which the leave-one-out likelihood looks at a demonstration.
+const LIKELIHOOD_PHASES: usize = 10;
+/// Phases per DoF over which a variance of weights is averaged into one of the DoF.
+const RESIDUAL_PHASES: usize = 50;
+/// A DoF that varies by less than this share of its size does not vary.
+const CONSTANT: f64 = 1e-12;
+/// Fewer demonstrations of a skill have no deviation from their mean.
+const LEAST_PER_SKILL: usize = 2;
+/// Leaving one out must leave a pooled covariance.
+const LEAST_FREEDOM: usize = 2;
+
+/// Demonstrations that make no model.
+#[derive(Debug, thiserror::Error)]
+pub enum LearnError {
+    /// No demonstrations at all.
+    #[error("no demonstrations")]
+    None,
+    /// A demonstration with another number of DoFs than the hyperparameters name.
+    #[error("{}: a demonstration of `{label}` has {got} DoFs, the model {expected}", file.display())]
+    Dofs {
+        /// The file it comes from.
+        file: PathBuf,
+        /// Its label.
+        label: String,
+        /// DoFs of the model.
+        expected: usize,
+        /// Its DoFs.
+        got: usize,
+    },
+    /// A skill with too few demonstrations.
+    #[error(
+        "skill `{label}` has {found} demonstration(s) and needs at least {needed}: record more or exclude it"
+    )]
+    TooFew {
+        /// The skill.
+        label: String,
+        /// Demonstrations found.
+        found: usize,
+        /// Demonstrations needed.
+        needed: usize,
+    },
+    /// A value without a logarithm.
+    #[error("{}: `{label}` at {time_s} s: {source}", file.display())]
+    NotPositive {
+        /// The file it comes from.
+        file: PathBuf,
+        /// The demonstration's label.
+        label: String,
+        /// The time, seconds.
+        time_s: f64,
+        /// The DoF and the value.
+        source: NotPositive,
+    },
+    /// A DoF that is the same everywhere.
+    #[error("DoF `{dof}` is {value} in every demonstration: leave it out")]
+    Constant {
+        /// The DoF.
+        dof: String,
+        /// Its value, as it enters the model.
+        value: f64,
+    },
+    /// A DoF whose spread overflows.
+    #[error("DoF `{dof}` holds values too large to learn from: change its unit")]
+    TooLarge {
+        /// The DoF.
+        dof: String,
+    },
+    /// The demonstrations of each skill are the same.
+    #[error("the demonstrations of each skill are identical: nothing to learn a covariance from")]
+    Identical,
+    /// A factorisation failed.
+    #[error("the {0} did not converge: check the demonstrations for values of very different size")]
+    Numerical(&'static str),
+    /// The basis refused a phase.
+    #[error(transparent)]
+    Row(#[from] RowError),
+    /// The numbers learnt make no model.
+    #[error("what was learnt is no model")]
+    Parts(#[from] PartsError),
+}
+
+/// Learns a model: weights of every demonstration by ridge least squares on scaled DoFs, the subspace of their
+/// within-skill deviations by thin SVD, each skill's covariance in it by shrinkage, priors from counts.
+///
+/// What the basis leaves of the demonstrations, and what a demonstration has outside the subspace of the others
+/// (in closed form, as if each had been left out), is each DoF's residual variance, which inference adds to the
+/// noise of every position observed. The second is correlated along a movement and inference treats
+/// it as independent: with few demonstrations posteriors are over-confident.
+///
+/// # Errors
+/// [`LearnError`].
+pub fn learn(demonstrations: &[Demonstration], valid: &Valid) -> Result<Model, LearnError> {
+    let given = valid.get();
+    let groups = Groups::of(demonstrations, given)?;
+    let encoded = encode(demonstrations, &given.dofs)?;
+    let scale = scales(&encoded, &given.dofs)?;
+    let (weights, fit_variance) = fit_all(demonstrations, &encoded, &scale, given)?;
+    let deviations = Deviations::new(&weights, groups.skill, groups.counts);
+    let subspace = Subspace::of(&deviations).map_err(|error| match error {
+        SubspaceError::Nothing => LearnError::Identical,
+        SubspaceError::Factorisation => LearnError::Numerical("singular value decomposition"),
+    })?;
+    let outside_variance = outside_variance(&subspace.outside, given)?;
+    let residual = DVector::from_vec(fit_variance) + outside_variance;
+    let scatter = Scatter::new(&deviations, &subspace);
+    let placement = Placement::new(given, &scale)?;
+    let shares = match given.shrinkage {
+        Shrinkage::Fixed { pooled, diagonal } => Shares { pooled, diagonal },
+        Shrinkage::LeaveOneOut => choose(&scatter, &placement, &residual, given)?,
+    };
+    let directions = extended(&subspace.directions, &placement.offsets);
+    let roots = (0..groups.labels.len()).map(|skill| {
+        let inside = scatter.covariance(skill, shares);
+        root(&placement.added_to(&inside, &directions))
+    });
+    let roots = roots.collect::<Result<Vec<_>, _>>()?.concat();
+    let functions = given.basis.count();
+    let raw = |row: usize| scale[row / functions];
+    let loading = (0..directions.nrows()).flat_map(|row| {
+        directions
+            .row(row)
+            .iter()
+            .map(|v| v * raw(row))
+            .collect::<Vec<_>>()
+    });
+    let means = deviations.means.iter();
+    let means = means.flat_map(|mean| mean.iter().enumerate().map(|(row, v)| v * raw(row)));
+    let parts = Parts {
+        dofs: given.dofs.clone(),
+        basis: given.basis,
+        counts: deviations
+            .counts
+            .iter()
+            .map(|&n| u32::try_from(n).unwrap_or(u32::MAX))
+            .collect(),
+        durations: groups.durations,
+        rank: directions.ncols(),
+        loading: loading.collect(),
+        weight_means: means.collect(),
+        roots,
+        residual_variance: residual
+            .iter()
+            .zip(&scale)
+            .map(|(v, s)| v * s * s)
+            .collect(),
+        labels: groups.labels,
+        scale,
+        ridge: given.ridge,
+        placement_m: given.placement_m,
+        pooled_share: shares.pooled,
+        diagonal_share: shares.diagonal,
+    };
+    Ok(Model::assemble(parts)?)
+}
+
+/// Which demonstration is of which skill.
+struct Groups {
+    labels: Vec<String>,
+    counts: Vec<usize>,
+    skill: Vec<usize>,
+    durations: Vec<Durations>,
+}
+
+impl Groups {
+    fn of(demonstrations: &[Demonstration], given: &Hyperparameters) -> Result<Self, LearnError> {
+        let mut spans: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
+        for demonstration in demonstrations {
+            let (expected, got) = (given.dofs.len(), demonstration.values().len());
+            if expected != got {
+                return Err(LearnError::Dofs {
+                    file: demonstration.file().to_owned(),
+                    label: demonstration.label().to_owned(),
+                    expected,
+                    got,
+                });
+            }
+            let of_label = spans.entry(demonstration.label()).or_default();
+            of_label.push(demonstration.duration_s());
+        }
+        // A lone skill has only its own deviations.
+        let alone = LEAST_FREEDOM + 1;
+        let needed = if spans.len() == 1 {
+            alone
+        } else {
+            LEAST_PER_SKILL
+        };
+        if spans.is_empty() {
+            return Err(LearnError::None);
+        }
+        if let Some((label, of_label)) = spans.iter().find(|(_, s)| s.len() < needed) {
+            return Err(LearnError::TooFew {
+                label: (*label).to_owned(),
+                found: of_label.len(),
+                needed,
+            });
+        }
+        let index: BTreeMap<&str, usize> = spans.keys().copied().zip(0..).collect();
+        Ok(Self {
+            labels: spans.keys().map(|&label| label.to_owned()).collect(),
+            counts: spans.values().map(Vec::len).collect(),
+            skill: demonstrations.iter().map(|d| index[d.label()]).collect(),
+            durations: spans.values().map(|seconds| durations(seconds)).collect(),
+        })
+    }
+}
+
+fn durations(seconds: &[f64]) -> Durations {
+    let (mean_s, variance) = moments(seconds.iter().copied());
+    let n = seconds.len() as f64;
+    Durations {
+        mean_s,
+        std_s: libm::sqrt(variance * n / (n - 1.0)),
+        min_s: seconds.iter().copied().fold(f64::INFINITY, f64::min),
+        max_s: seconds.iter().copied().fold(0.0, f64::max),
+    }
+}
+
+/// Mean, and mean squared distance from it.
+fn moments(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
+    let n = values.clone().count() as f64;
+    let mean = values.clone().sum::<f64>() / n;
+    let squares = values.map(|value| (value - mean) * (value - mean));
+    (mean, squares.sum::<f64>() / n)
+}
+
+/// Values as they enter the model: `[demonstration][dof][sample]`.
+fn encode(
+    demonstrations: &[Demonstration],
+    dofs: &[Dof],
+) -> Result<Vec<Vec<Vec<f64>>>, LearnError> {
+    let one = |demonstration: &Demonstration| {
+        let series = demonstration.values().iter().zip(dofs);
+        let encoded = series.map(|(values, dof)| {
+            let samples = values.iter().zip(demonstration.t_s());
+            let samples = samples.map(|(&value, &time_s)| {
+                dof.encode(value).map_err(|source| LearnError::NotPositive {
+                    file: demonstration.file().to_owned(),
+                    label: demonstration.label().to_owned(),
+                    time_s,
+                    source,
+                })
+            });
+            samples.collect::<Result<Vec<_>, _>>()
+        });
+        encoded.collect::<Result<Vec<_>, _>>()
+    };
+    demonstrations.iter().map(one).collect()
+}
+
+/// Standard deviation of each DoF over all samples.
+fn scales(encoded: &[Vec<Vec<f64>>], dofs: &[Dof]) -> Result<Vec<f64>, LearnError> {
+    let one = |(index, dof): (usize, &Dof)| {
+        let samples = encoded
+            .iter()
+            .flat_map(|series| series[index].iter().copied());
+        let (value, variance) = moments(samples);
+        let dof = dof.name.clone();
+        if !variance.is_finite() {
+            return Err(LearnError::TooLarge { dof });
+        }
+        let scale = libm::sqrt(variance);
+        if scale > CONSTANT * value.abs() {
+            Ok(scale)
+        } else {
+            Err(LearnError::Constant { dof, value })
+        }
+    };
+    dofs.iter().enumerate().map(one).collect()
+}
+
+/// Weights of every demonstration, and the mean over them of what the weights leave, per DoF; scaled.
+fn fit_all(
+    demonstrations: &[Demonstration],
+    encoded: &[Vec<Vec<f64>>],
+    scale: &[f64],
+    given: &Hyperparameters,
+) -> Result<(Vec<DVector<f64>>, Vec<f64>), LearnError> {
+    let mut weights = Vec::with_capacity(demonstrations.len());
+    let mut variance = vec![0.0; scale.len()];
+    for (demonstration, series) in demonstrations.iter().zip(encoded) {
+        let scaled = series.iter().zip(scale);
+        let scaled: Vec<_> = scaled
+            .map(|(values, s)| DVector::from_iterator(values.len(), values.iter().map(|v| v / s)))
+            .collect();
+        let phases = design(&given.basis, demonstration.phases())?;
+        let fitted = fit(&phases, &scaled, given.ridge)
+            .ok_or(LearnError::Numerical("least squares fit of the weights"))?;
+        for (sum, one) in variance.iter_mut().zip(&fitted.residual_variance) {
+            *sum += one / demonstrations.len() as f64;
+        }
+        weights.push(fitted.weights);
+    }
+    Ok((weights, variance))
+}
+
+/// Mean square along the movement of what the rows of `outside` (weights) draw, per DoF.
+fn outside_variance(
+    outside: &DMatrix<f64>,
+    given: &Hyperparameters,
+) -> Result<DVector<f64>, LearnError> {
+    let phases = design(&given.basis, even(RESIDUAL_PHASES))?;
+    let functions = given.basis.count();
+    let of_dof = |dof: usize, _| {
+        let drawn = outside.columns(dof * functions, functions) * phases.transpose();
+        drawn.norm_squared() / drawn.len() as f64
+    };
+    Ok(DVector::from_fn(given.dofs.len(), of_dof))
+}
+
+/// `count` phases from 0 to 1.
+fn even(count: usize) -> impl Iterator<Item = f64> {
+    (0..count).map(move |step| step as f64 / (count - 1) as f64)
+}
+
+/// Where somebody stands: a constant offset of each position.
+struct Placement {
+    /// Weights that draw the constant 1 in the DoF, times the offset's standard deviation; scaled.
+    offsets: Vec<DVector<f64>>,
+}
+
+impl Placement {
+    fn new(given: &Hyperparameters, scale: &[f64]) -> Result<Self, LearnError> {
+        let mut offsets = Vec::new();
+        if given.placement_m > 0.0 {
+            // Least squares, like any other movement: the basis may or may not sum to one.
+            let phases = design(
+                &given.basis,
+                even(RESIDUAL_PHASES.max(2 * given.basis.count())),
+            )?;
+            let one = DVector::from_element(phases.nrows(), 1.0);
+            let ones = fit(&phases, &[one], given.ridge.min(1e-9))
+                .ok_or(LearnError::Numerical("least squares fit of a constant"))?;
+            let functions = given.basis.count();
+            let positions = given.dofs.iter().zip(scale).enumerate();
+            for (dof, (_, s)) in positions.filter(|(_, (dof, _))| dof.is_position()) {
+                let mut offset = DVector::zeros(given.dofs.len() * functions);
+                let std = given.placement_m / s;
+                offset
+                    .rows_mut(dof * functions, functions)
+                    .copy_from(&(&ones.weights * std));
+                offsets.push(offset);
+            }
+        }
+        Ok(Self { offsets })
+    }
+
+    /// The covariance of the offsets as the rows of `observe` see it.
+    fn seen(&self, observe: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut sum = DMatrix::zeros(observe.nrows(), observe.nrows());
+        for offset in &self.offsets {
+            let drawn = observe * offset;
+            sum += &drawn * drawn.transpose();
+        }
+        sum
+    }
+
+    /// `inside` (of the first of the `directions`) and the offsets, along all of them.
+    fn added_to(&self, inside: &DMatrix<f64>, directions: &DMatrix<f64>) -> DMatrix<f64> {
+        let (inner, all) = (inside.nrows(), directions.ncols());
+        let mut sum = DMatrix::zeros(all, all);
+        sum.view_mut((0, 0), (inner, inner)).copy_from(inside);
+        for offset in &self.offsets {
+            let along = directions.tr_mul(offset);
+            sum += &along * along.transpose();
+        }
+        sum
+    }
+}
+
+fn choose(
+    scatter: &Scatter<'_>,
+    placement: &Placement,
+    residual: &DVector<f64>,
+    given: &Hyperparameters,
+) -> Result<Shares, LearnError> {
+    let phases = design(&given.basis, even(LIKELIHOOD_PHASES))?;
+    let observe = DMatrix::<f64>::identity(given.dofs.len(), given.dofs.len()).kronecker(&phases);
+    let noise = DVector::from_fn(observe.nrows(), |row, _| residual[row / LIKELIHOOD_PHASES]);
+    let offset = placement.seen(&observe);
+    scatter
+        .choose(&observe, &noise, &offset)
+        .ok_or(LearnError::Numerical("leave-one-out likelihood"))
+}
+
+/// A square root of a positive semi-definite matrix, row-major; eigenvalues that rounding put below zero are zero.
+fn root(covariance: &DMatrix<f64>) -> Result<Vec<f64>, LearnError> {
+    let symmetric = (covariance + covariance.transpose()) * 0.5;
+    let eigen = SymmetricEigen::try_new(symmetric, f64::EPSILON, 0)
+        .ok_or(LearnError::Numerical("eigenvalue decomposition"))?;
+    let mut vectors = eigen.eigenvectors;
+    for (mut column, value) in vectors.column_iter_mut().zip(eigen.eigenvalues.iter()) {
+        column *= libm::sqrt(value.max(0.0));
+    }
+    Ok(vectors.transpose().as_slice().to_vec())
+}

@@ -1,0 +1,25 @@
+//! Skills learnt from demonstrations: what a model is, how it is learnt, and how good it is.
+//!
+//! ```text
+//! Hyperparameters --check--> Valid --learn(demonstrations)--> Model --> tonus_shared::promp
+//! ```
+//!
+//! Inference is `tonus_shared::promp` alone, the code that runs on the wearable: [`Model::latent`] and
+//! [`Model::skills`] are what it takes. A DoF with [`Transform::Log`] enters the model as the logarithm of its
+//! value, so that no inferred stiffness is negative: values go in through [`Dof::encode`] and come out
+//! through [`Dof::decode`].
+
+mod dof;
+pub mod evaluate;
+
+mod fitted;
+mod hyperparameters;
+mod learn;
+mod shrinkage;
+mod subspace;
+mod weights;
+
+pub use dof::{Dof, NotPositive, Transform};
+pub use fitted::{Durations, Model, Parts, PartsError, View};
+pub use hyperparameters::{Hyperparameters, HyperparametersError, Shrinkage, Valid};
+pub use learn::{LearnError, learn};
