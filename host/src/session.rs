@@ -9,10 +9,10 @@
 //! A movement's start and duration are announced by [`Event::Began`]: an oracle (a cue, a foot switch),
 //! until onset and tempo are inferred too.
 
-use crate::model::Model;
 use crate::model::recognise::{RecogniseError, Recogniser};
 use crate::robot::command::{Command, Quality};
 use crate::robot::gate;
+use tonus_shared::semg::quality::Quality as ChannelQuality;
 use tonus_shared::wire::{Frame, Packet, SequenceCounts, SequenceTracker, Stream, StreamFlags};
 
 /// Degrees of freedom that the session observes (human) and commands (robot): metres and N/m.
@@ -139,19 +139,19 @@ impl<'m> Session<'m> {
     /// A session at rest.
     ///
     /// # Errors
-    /// [`SessionError`] when the model lacks one of [`DOFS`] or cannot be used.
-    pub fn new(model: &'m Model, config: SessionConfig) -> Result<Self, SessionError> {
+    /// [`SessionError::MissingDof`] when the model lacks one of [`DOFS`].
+    pub fn new(recogniser: Recogniser<'m>, config: SessionConfig) -> Result<Self, SessionError> {
+        let model = recogniser.model();
         let mut dofs = [0; DOFS.len()];
         for (slot, name) in dofs.iter_mut().zip(DOFS) {
-            let mut names = model.dofs().iter();
-            *slot = names.position(|dof| dof.name == name).ok_or_else(|| {
+            *slot = model.dof(name).ok_or_else(|| {
                 let present = model.dofs().iter().map(|dof| dof.name.clone()).collect();
                 SessionError::MissingDof { name, present }
             })?;
         }
         Ok(Self {
             config,
-            recogniser: Recogniser::new(model)?,
+            recogniser,
             dofs,
             movement: None,
             frames: SequenceTracker::new(),
@@ -305,7 +305,10 @@ impl<'m> Session<'m> {
         if least < self.config.decide_after {
             return;
         }
-        let best = posterior.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
+        let best = posterior
+            .iter()
+            .enumerate()
+            .max_by(|a, b| a.1.total_cmp(b.1));
         let Some((skill, &posterior)) = best.filter(|(_, p)| **p >= self.config.decide_at) else {
             return;
         };
@@ -359,7 +362,7 @@ impl<'m> Session<'m> {
 /// A channel in use that is bad, or a stiffness that is not of this instant, is no ground to move on.
 fn quality(stream: &Stream) -> Quality {
     let channels = usize::from(stream.channels).min(stream.quality.len());
-    let bad_channel = stream.quality[..channels].iter().any(|bits| *bits != 0);
+    let bad_channel = (stream.quality[..channels].iter()).any(|bits| *bits != ChannelQuality::GOOD);
     let held = stream.flags.contains(StreamFlags::STIFFNESS_HELD)
         || stream.flags.contains(StreamFlags::ACTIVATION_HELD);
     if bad_channel || held {
