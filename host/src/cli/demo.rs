@@ -117,7 +117,7 @@ fn text(report: &Report) -> String {
     if let (Some(stiffness), Some(path_m)) = (report.stiffness_nrmse, report.robot_rmse_m) {
         let _infallible = writeln!(
             out,
-            "robot, after decision  {:.1} mm from where it should be, stiffness within {:.1} % of its range (RMS)",
+            "robot                 {:.1} mm from where it should be, stiffness within {:.1} % of its range (RMS)",
             path_m * 1e3,
             stiffness * 100.0,
         );
