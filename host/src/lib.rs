@@ -1,10 +1,12 @@
 //! The host: joins the wearable's packets with the hand's position, learns and recognises skills, and
 //! commands a robot as an impedance.
 
+pub mod atomic;
 pub mod demonstration;
 pub mod envelope;
 pub mod link;
 pub mod model;
 pub mod robot;
 pub mod simulate;
+pub mod store;
 pub mod table;
