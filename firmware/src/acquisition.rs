@@ -4,6 +4,15 @@
 //! the processor only sees each buffer's end, a little late. [`ScanClock`] turns those ends into an
 //! evenly spaced index and time for every scan.
 
+/// Channels that are converted.
+pub const CHANNELS: usize = 1;
+/// Scans per second.
+pub const RATE_HZ: u32 = 1000;
+/// Time between two scans in microseconds.
+pub const PERIOD_US: u32 = 1_000_000 / RATE_HZ;
+/// Scans per buffer: half of a stream period, so that a stream packet waits for at most 5 ms.
+pub const BUFFER_SCANS: usize = 5;
+
 /// Share of the difference between a buffer's observed and expected end that moves the clock.
 ///
 /// The scan timer and the device clock run from two crystals some tens of parts per million apart, so
@@ -73,3 +82,6 @@ fn follow(expected_us: u64, seen_us: u64) -> i64 {
         .wrapping_sub(expected_us.cast_signed())
         / FOLLOW_DIVISOR
 }
+
+#[cfg(test)]
+mod tests;

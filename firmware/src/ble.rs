@@ -9,13 +9,9 @@ use bt_hci::{
     controller::{ControllerCmdAsync, ControllerCmdSync},
 };
 use embassy_futures::select::{Either, select};
-use embassy_sync::{
-    blocking_mutex::raw::{CriticalSectionRawMutex, NoopRawMutex},
-    signal::Signal,
-};
+use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_time::{Duration, with_timeout};
-use heapless::Vec;
-use tonus_shared::gatt;
+use tonus_shared::{gatt, wire::STREAM_FRAME_BYTES};
 use trouble_host::{
     Address, BleHostError, Controller, Error, HostResources, IoCapabilities, Stack,
     advertise::{
@@ -32,10 +28,11 @@ use trouble_host::{
     prelude::{AttributeServer, DefaultPacketPool},
 };
 
-/// The longest stream frame in bytes: with the three bytes of a notification's header it fits an MTU of 100.
-pub const FRAME_MAX: usize = 97;
-/// Bytes that a notification adds to its frame.
-const NOTIFICATION_HEADER: usize = 3;
+use crate::outbox::{EncodedFrame, Outbox};
+
+/// Smallest attribute MTU accepted: a notification adds three bytes to its frame, which must arrive whole.
+const MTU_MIN: u16 = 100;
+const _: () = assert!(STREAM_FRAME_BYTES + 3 <= MTU_MIN as usize);
 /// Longest connection interval that the stream is sent over: a notification may wait for just over two of them.
 const INTERVAL_LIMIT: Duration = Duration::from_millis(20);
 /// The connection interval asked for.
@@ -60,22 +57,16 @@ type Table<'v> = AttributeTable<'v, NoopRawMutex, ATTRIBUTES>;
 type Server<'v> = AttributeServer<'v, NoopRawMutex, Pool, ATTRIBUTES, BONDS>;
 type Link<'stack, 'server> = GattConnection<'stack, 'server, Pool>;
 
-/// One encoded packet on its way to the host.
-pub type Frame = Vec<u8, FRAME_MAX>;
-
-/// Where the signal path leaves its newest frame: a frame not yet sent is replaced, never queued behind.
-pub type Outbox = Signal<CriticalSectionRawMutex, Frame>;
-
 /// Why a frame stayed on the wearable.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum Withheld {
     /// The host did not raise the attribute MTU; the frame would be cut short.
     MtuTooSmall {
-        /// Bytes that the frame needs.
-        needed: usize,
-        /// Bytes that were negotiated.
-        negotiated: usize,
+        /// Bytes needed.
+        needed: u16,
+        /// Bytes negotiated.
+        negotiated: u16,
     },
     /// Frames would arrive too old to act on.
     IntervalTooLong {
@@ -94,6 +85,8 @@ pub enum Withheld {
 pub enum Notice {
     /// A host may connect now.
     Advertising,
+    /// A host tried to connect, and the link did not come about.
+    LinkFailed(Error),
     /// A host connected; nothing is authenticated yet.
     Connected,
     /// Type these six digits at the host.
@@ -146,9 +139,15 @@ where
     let serving = async {
         loop {
             report(Notice::Advertising);
-            let link = advertise(&mut peripheral, &server).await?;
+            let link = match advertise(&mut peripheral, &server).await? {
+                Ok(link) => link,
+                Err(error) => {
+                    report(Notice::LinkFailed(error));
+                    continue;
+                }
+            };
             report(Notice::Connected);
-            outbox.reset();
+            outbox.clear();
             select(
                 attend(&stack, &link, &report),
                 send(&link, &stream, outbox, &report),
@@ -166,7 +165,7 @@ where
 ///
 /// The value is never readable and a subscription needs an authenticated link: the stack checks the
 /// latter again before every notification, so a remembered subscription does not open a new link.
-fn attributes<'v>() -> Result<(Table<'v>, Characteristic<Frame>), Error> {
+fn attributes<'v>() -> Result<(Table<'v>, Characteristic<EncodedFrame>), Error> {
     let mut table = Table::new();
     GapConfig::default(gatt::DEVICE_NAME)
         .build(&mut table)
@@ -176,7 +175,7 @@ fn attributes<'v>() -> Result<(Table<'v>, Characteristic<Frame>), Error> {
         .add_characteristic_small(
             uuid(gatt::STREAM),
             [CharacteristicProp::Notify],
-            Frame::new(),
+            EncodedFrame::new(),
         )
         .cccd_permission(PermissionLevel::AuthenticationRequired)
         .build();
@@ -189,10 +188,11 @@ fn uuid(value: u128) -> Uuid {
     Uuid::new_long(value.to_le_bytes())
 }
 
+/// Advertises until a host connects. What went wrong with one host is the inner error; the next may try.
 async fn advertise<'stack, 'server, C: Controller>(
     peripheral: &mut Peripheral<'stack, C, Pool>,
     server: &'server Server<'_>,
-) -> Result<Link<'stack, 'server>, BleHostError<C::Error>> {
+) -> Result<Result<Link<'stack, 'server>, Error>, BleHostError<C::Error>> {
     let mut data = [0; 31];
     let length = AdStructure::encode_slice(
         &[
@@ -211,7 +211,8 @@ async fn advertise<'stack, 'server, C: Controller>(
             },
         )
         .await?;
-    Ok(advertiser.accept().await?.with_attribute_server(server)?)
+    let accepted = advertiser.accept().await;
+    Ok(accepted.and_then(|connection| connection.with_attribute_server(server)))
 }
 
 /// Answers the host until it leaves.
@@ -261,18 +262,18 @@ where
 /// Notifies each newest frame; never returns. A reason to withhold is reported when it changes, not per frame.
 async fn send(
     link: &Link<'_, '_>,
-    stream: &Characteristic<Frame>,
+    stream: &Characteristic<EncodedFrame>,
     outbox: &Outbox,
     report: &impl Fn(Notice),
 ) {
     let mut last = Ok(());
     loop {
-        let frame = outbox.wait().await;
+        let frame = outbox.take().await;
         if !stream.should_notify(link) {
             continue;
         }
         let interval = link.raw().params().conn_interval;
-        let outcome = match admit(link.raw().att_mtu(), interval, frame.len()) {
+        let outcome = match admit(link.raw().att_mtu(), interval) {
             Ok(()) => stream
                 .notify(link, &frame, false)
                 .await
@@ -288,12 +289,13 @@ async fn send(
     }
 }
 
-/// Whether a link carries a frame of `length` bytes whole and in time.
-fn admit(att_mtu: u16, interval: Duration, length: usize) -> Result<(), Withheld> {
-    let needed = length + NOTIFICATION_HEADER;
-    let negotiated = usize::from(att_mtu);
-    if negotiated < needed {
-        return Err(Withheld::MtuTooSmall { needed, negotiated });
+/// Whether a link carries frames whole and in time.
+fn admit(att_mtu: u16, interval: Duration) -> Result<(), Withheld> {
+    if att_mtu < MTU_MIN {
+        return Err(Withheld::MtuTooSmall {
+            needed: MTU_MIN,
+            negotiated: att_mtu,
+        });
     }
     if interval > INTERVAL_LIMIT {
         return Err(Withheld::IntervalTooLong {

@@ -44,11 +44,19 @@ pub(crate) struct Radio {
     pub(crate) mpsl: nrf_sdc::mpsl::Peripherals<'static>,
     pub(crate) controller: nrf_sdc::Peripherals<'static>,
     pub(crate) random: Rng<'static, Async>,
+}
+
+/// The chip, shared out.
+pub(crate) struct Board {
+    pub(crate) front_end: FrontEnd,
+    pub(crate) radio: Radio,
     pub(crate) address: Address,
+    /// Random; tells one start from another.
+    pub(crate) boot_id: u32,
 }
 
 /// Starts clocks and time, sets every priority, and shares out the chip. Call once.
-pub(crate) fn take() -> (FrontEnd, Radio) {
+pub(crate) fn take() -> Board {
     let mut config = Config::default();
     config.hfclk_source = HfclkSource::ExternalXtal;
     config.lfclk_source = LfclkSource::ExternalXtal;
@@ -65,6 +73,8 @@ pub(crate) fn take() -> (FrontEnd, Radio) {
         restart: p.PPI_CH0,
         pace: p.PPI_CH1,
     };
+    let mut random = Rng::new(p.RNG, Irqs);
+    let boot_id = random.blocking_next_u32();
     let radio = Radio {
         mpsl: nrf_sdc::mpsl::Peripherals::new(
             p.RTC0, p.TIMER0, p.TEMP, p.PPI_CH19, p.PPI_CH30, p.PPI_CH31,
@@ -73,10 +83,14 @@ pub(crate) fn take() -> (FrontEnd, Radio) {
             p.PPI_CH17, p.PPI_CH18, p.PPI_CH20, p.PPI_CH21, p.PPI_CH22, p.PPI_CH23, p.PPI_CH24,
             p.PPI_CH25, p.PPI_CH26, p.PPI_CH27, p.PPI_CH28, p.PPI_CH29,
         ),
-        random: Rng::new(p.RNG, Irqs),
-        address: static_address(),
+        random,
     };
-    (front_end, radio)
+    Board {
+        front_end,
+        radio,
+        address: static_address(),
+        boot_id,
+    }
 }
 
 /// The factory's random number as a static random address: its two highest bits must be set.

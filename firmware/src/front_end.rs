@@ -5,27 +5,18 @@ use embassy_nrf::{
     timer::Frequency,
 };
 use embassy_time::Instant;
-use tonus_firmware::acquisition::{Block, ScanClock};
+use tonus_firmware::acquisition::{BUFFER_SCANS, CHANNELS, PERIOD_US};
 
 use crate::board::{self, Irqs};
 
-/// Channels that are converted.
-pub(crate) const CHANNELS: usize = 1;
-/// Scans per second.
-pub(crate) const RATE_HZ: u32 = 1000;
-/// Scans per buffer: one stream packet's worth at 100 Hz would be 10; half of it halves the wait.
-pub(crate) const BUFFER_SCANS: usize = 5;
-
-const TIMER_HZ: u32 = 1_000_000;
-const PERIOD_US: u32 = 1_000_000 / RATE_HZ;
-
-/// Converts for ever and hands each full buffer to `scans`.
+/// Converts for ever and hands each full buffer, with the device time at which it was seen, to `full`.
 ///
-/// Two buffers alternate: `scans` has one buffer's time (5 ms) before the next is overwritten. The converter
-/// loses buffers silently; [`ScanClock`] finds the hole from the time of the next one.
+/// The timer counts microseconds and starts a scan every [`PERIOD_US`] through PPI, whatever the processor
+/// does. Two buffers alternate: `full` has one buffer's time before the next is overwritten, which the
+/// converter does silently.
 pub(crate) async fn convert(
     parts: board::FrontEnd,
-    mut scans: impl FnMut(Block, &[[i16; CHANNELS]]),
+    mut full: impl FnMut(u64, &[[i16; CHANNELS]; BUFFER_SCANS]),
 ) {
     let mut converter = Saadc::new(
         parts.converter,
@@ -34,7 +25,6 @@ pub(crate) async fn convert(
         [ChannelConfig::single_ended(parts.electrodes)],
     );
     converter.calibrate().await;
-    let mut clock = ScanClock::new(PERIOD_US, BUFFER_SCANS as u32);
     let mut buffers = [[[0; CHANNELS]; BUFFER_SCANS]; 2];
     converter
         .run_task_sampler(
@@ -42,10 +32,13 @@ pub(crate) async fn convert(
             parts.restart,
             parts.pace,
             Frequency::F1MHz,
-            TIMER_HZ / RATE_HZ,
+            PERIOD_US,
             &mut buffers,
-            |full| {
-                scans(clock.buffer_full(Instant::now().as_micros()), full);
+            |scans| {
+                // The sampler lends whole buffers only.
+                if let Ok(buffer) = scans.try_into() {
+                    full(Instant::now().as_micros(), buffer);
+                }
                 CallbackResult::Continue
             },
         )

@@ -6,3 +6,5 @@
 
 pub mod acquisition;
 pub mod ble;
+pub mod outbox;
+pub mod signal_path;

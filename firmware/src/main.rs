@@ -12,8 +12,7 @@ use panic_probe as _;
 use embassy_executor::{InterruptExecutor, Spawner};
 use embassy_nrf::interrupt;
 use nrf_sdc::{SoftdeviceController, mpsl::MultiprotocolServiceLayer};
-use tonus_firmware::ble::{self, Frame, Outbox};
-use tonus_shared::Real;
+use tonus_firmware::{ble, outbox::Outbox, signal_path::SignalPath};
 use trouble_host::Address;
 
 /// Runs the signal path above the thread: pairing computes on a curve for hundreds of milliseconds there,
@@ -36,33 +35,39 @@ unsafe fn EGU1_SWI1() {
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
-    let (front_end, radio) = board::take();
-    let address = radio.address;
-    let started = radio::start(radio);
-    let (mpsl, controller) = match started {
+    let board = board::take();
+    let (mpsl, controller) = match radio::start(board.radio) {
         Ok(parts) => parts,
         Err(error) => {
             defmt::error!("radio did not start: {}", error);
             return;
         }
     };
-    let signal_path = SIGNAL_PATH.start(board::SIGNAL_PATH_INTERRUPT);
-    match (
-        acquire(front_end),
-        drive_mpsl(mpsl),
-        serve(controller, address),
-    ) {
-        (Ok(acquire), Ok(mpsl), Ok(serve)) => {
-            signal_path.spawn(acquire);
-            spawner.spawn(mpsl);
-            spawner.spawn(serve);
-        }
-        _ => defmt::error!("a task was started twice"),
+    // Without the crystal the scan timer would follow the RC oscillator, hundreds of parts per million off;
+    // the guard keeps it running.
+    let crystal = mpsl.request_hfclk().await;
+    if crystal.is_err() {
+        defmt::error!("the crystal oscillator cannot be held: scan times drift");
     }
+    let urgent = SIGNAL_PATH.start(board::SIGNAL_PATH_INTERRUPT);
+    let tasks = (
+        acquire(board.front_end, board.boot_id),
+        drive_radio(mpsl),
+        serve(controller, board.address),
+    );
+    let (Ok(acquire), Ok(drive_radio), Ok(serve)) = tasks else {
+        defmt::error!("a task was started twice");
+        return;
+    };
+    urgent.spawn(acquire);
+    spawner.spawn(drive_radio);
+    spawner.spawn(serve);
+    core::future::pending::<()>().await;
 }
 
+/// What Nordic's libraries leave to be done outside their interrupts.
 #[embassy_executor::task]
-async fn drive_mpsl(mpsl: &'static MultiprotocolServiceLayer<'static>) -> ! {
+async fn drive_radio(mpsl: &'static MultiprotocolServiceLayer<'static>) -> ! {
     mpsl.run().await
 }
 
@@ -74,20 +79,18 @@ async fn serve(controller: SoftdeviceController<'static>, address: Address) {
     }
 }
 
+/// Runs in [`SIGNAL_PATH`], below every hardware interrupt and above all else.
 #[embassy_executor::task]
-async fn acquire(parts: board::FrontEnd) {
-    let mut envelope = 0.0_f32;
-    front_end::convert(parts, |block, scans| {
-        for [count] in scans {
-            let rectified = f32::from(*count).abs();
-            envelope += (rectified - envelope) * f32::of(0.03);
-        }
-        if block.lost > 0 {
-            defmt::warn!("{} scans lost", block.lost);
-        }
-        let mut frame = Frame::new();
-        if frame.extend_from_slice(&envelope.to_le_bytes()).is_ok() {
-            OUTBOX.signal(frame);
+async fn acquire(parts: board::FrontEnd, boot_id: u32) {
+    let Ok(mut signal_path) = SignalPath::new(boot_id) else {
+        defmt::error!("the signal path's constants are impossible");
+        return;
+    };
+    front_end::convert(parts, |seen_us, buffer| {
+        match signal_path.buffer_full(seen_us, buffer, &OUTBOX) {
+            Ok(block) if block.lost > 0 => defmt::warn!("{} scans lost", block.lost),
+            Ok(_) => {}
+            Err(_) => defmt::error!("a frame could not be encoded"),
         }
     })
     .await;

@@ -2,11 +2,13 @@
 //! commands a robot as an impedance.
 
 pub mod atomic;
+pub mod demo;
 pub mod demonstration;
 pub mod envelope;
 pub mod link;
 pub mod model;
 pub mod robot;
+pub mod session;
 pub mod simulate;
 pub mod store;
 pub mod table;

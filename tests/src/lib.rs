@@ -26,11 +26,13 @@ pub fn recordings() -> PathBuf {
     path
 }
 
-/// Settings of a property test: this many cases, the same ones at every run.
+/// Settings of a property test: this many cases, the same ones at every run. `tests/full` asks for more of
+/// them by `PROPTEST_CASES`.
 #[must_use]
 pub fn seeded(cases: u32) -> proptest::test_runner::Config {
+    let asked = std::env::var("PROPTEST_CASES").ok();
     proptest::test_runner::Config {
-        cases,
+        cases: asked.and_then(|text| text.parse().ok()).unwrap_or(cases),
         failure_persistence: None,
         rng_seed: proptest::test_runner::RngSeed::Fixed(20_260_101),
         ..Default::default()

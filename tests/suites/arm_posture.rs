@@ -7,7 +7,6 @@
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3, Vector4};
 use proptest::prelude::*;
-use proptest::test_runner::RngSeed;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -238,12 +237,7 @@ fn positive_definite(arm: &ArmStiffness<f64>, posture: &ArmPosture<f64>, activat
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig {
-        cases: 4000,
-        rng_seed: RngSeed::Fixed(4),
-        failure_persistence: None,
-        ..ProptestConfig::default()
-    })]
+    #![proptest_config(tonus_tests::seeded(4_000))]
 
     #[test]
     fn no_measurement_panics_or_gives_a_stiffness_that_is_not_one(

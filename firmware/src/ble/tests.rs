@@ -27,16 +27,16 @@ fn identifiers_go_out_least_significant_byte_first() {
 #[test]
 fn a_whole_frame_needs_an_mtu_of_100() {
     let interval = Duration::from_millis(15);
-    assert_eq!(admit(100, interval, FRAME_MAX), Ok(()));
+    assert_eq!(admit(100, interval), Ok(()));
     assert_eq!(
-        admit(99, interval, FRAME_MAX),
+        admit(99, interval),
         Err(Withheld::MtuTooSmall {
             needed: 100,
             negotiated: 99
         })
     );
     assert_eq!(
-        admit(23, interval, FRAME_MAX),
+        admit(23, interval),
         Err(Withheld::MtuTooSmall {
             needed: 100,
             negotiated: 23
@@ -46,21 +46,12 @@ fn a_whole_frame_needs_an_mtu_of_100() {
 
 #[test]
 fn an_interval_above_20_ms_is_refused() {
-    assert_eq!(admit(247, Duration::from_millis(20), FRAME_MAX), Ok(()));
+    assert_eq!(admit(247, Duration::from_millis(20)), Ok(()));
     assert_eq!(
-        admit(247, Duration::from_micros(21_250), FRAME_MAX),
+        admit(247, Duration::from_micros(21_250)),
         Err(Withheld::IntervalTooLong {
             limit_us: 20_000,
             actual_us: 21_250
         })
     );
-}
-
-#[test]
-fn the_outbox_keeps_only_the_newest_frame() {
-    let outbox = Outbox::new();
-    outbox.signal(Frame::from_slice(&[1]).unwrap());
-    outbox.signal(Frame::from_slice(&[2]).unwrap());
-    assert_eq!(outbox.try_take().as_deref(), Some(&[2][..]));
-    assert_eq!(outbox.try_take(), None);
 }

@@ -2,7 +2,10 @@
 //!
 //! Exit code 0 is success, 1 a failure on data or files, 2 a command line that makes no sense.
 
+mod demo;
 mod envelope;
+mod progress;
+mod view;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -29,6 +32,7 @@ struct Tonus {
 
 #[derive(Subcommand)]
 enum Verb {
+    Demo(demo::DemoArgs),
     Envelope(envelope::EnvelopeArgs),
 }
 
@@ -36,8 +40,9 @@ enum Verb {
 pub(crate) fn main() -> ExitCode {
     let Tonus { json, verb } = Tonus::parse();
     let outcome = match verb {
+        Some(Verb::Demo(args)) => args.run(json),
         Some(Verb::Envelope(args)) => args.run(json),
-        None => Ok(()),
+        None => demo::DemoArgs::default().run(json),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -102,4 +102,13 @@ impl Dof {
             }
         }
     }
+
+    /// Change of a decoded `mean` from the change of what the model has; that of its variance is left out.
+    #[must_use]
+    pub fn decode_rate(&self, mean: f64, rate: f64) -> f64 {
+        match self.transform {
+            Transform::Identity => rate,
+            Transform::Log => mean * rate,
+        }
+    }
 }

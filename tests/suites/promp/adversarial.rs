@@ -1,7 +1,6 @@
 //! Whatever is thrown at a mixture, it either takes it and stays sound or refuses it and stays as it was.
 
 use proptest::prelude::*;
-use proptest::test_runner::RngSeed;
 use tonus_shared::Real;
 use tonus_shared::promp::{
     Basis, Latent, Mixture, Observation, Row, Skill, mixture_len, trajectory_scratch_len,
@@ -157,7 +156,7 @@ fn throw<T: Real>(
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, rng_seed: RngSeed::Fixed(2), ..ProptestConfig::default() })]
+    #![proptest_config(tonus_tests::seeded(400))]
 
     #[test]
     fn f32_is_never_damaged(shape in shape(), seen in prop::collection::vec(observation(), 0..40)) {

@@ -97,7 +97,7 @@ fn survives<T: Real>(config: &ChainConfig, samples: &[T]) -> Result<(), TestCase
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(256) })]
+    #![proptest_config(tonus_tests::seeded(256))]
 
     #[test]
     fn chain_of_any_f32(config in chains(), samples in prop::collection::vec(any_f32(), 0..60)) {

@@ -1,0 +1,229 @@
+//! The run itself: one millisecond after the other, sessions, gate and robot on what reaches the host.
+
+use super::score::{ActionScore, Following, quantile};
+use super::{
+    DemoError, INERTIA_KG, Latency, PAYLOAD_KG, PERIOD_S, Packets, Report, Snapshot, session_config,
+};
+use crate::model::recognise::Recogniser;
+use crate::robot::command::Command;
+use crate::robot::gate::Gate;
+use crate::robot::limits::{Fallback, Limits};
+use crate::robot::simulated::SimulatedRobot;
+use crate::session::{Event, Session};
+use crate::simulate::rig::Step;
+use crate::simulate::scripted::{self, HOME_M};
+use crate::simulate::skills::Skill;
+use crate::simulate::wearer::{Action, Span, Task};
+use std::collections::VecDeque;
+
+/// Phase of a lift at which the robot has the object in its hand.
+const GRASPED: f64 = 0.5;
+
+/// Everything on the host's side of the links, and the scores.
+pub(super) struct Stage<'m> {
+    session: Session<'m>,
+    /// The same session without stiffness, for comparison; it commands nothing.
+    positions_only: Session<'m>,
+    labels: Vec<String>,
+    gate: Gate,
+    robot: SimulatedRobot,
+    /// Actions that have not ended; the first may be under way.
+    ahead: VecDeque<Span>,
+    under_way: bool,
+    following: Following,
+    pub(super) packets: Packets,
+    latencies_ms: Vec<f64>,
+    scores: Vec<ActionScore>,
+    /// How many scored actions were lifts, and how many of these positions alone recognised.
+    lifts: [usize; 2],
+    posterior: Vec<f64>,
+    hand_m: [f64; 3],
+}
+
+impl<'m> Stage<'m> {
+    pub(super) fn new(
+        [recogniser, positions_only]: [Recogniser<'m>; 2],
+        spans: Vec<Span>,
+    ) -> Result<Self, DemoError> {
+        let labels = recogniser.model().labels().to_vec();
+        let session = Session::new(recogniser, session_config(true))?;
+        Ok(Self {
+            posterior: session.posterior(),
+            session,
+            positions_only: Session::new(positions_only, session_config(false))?,
+            labels,
+            gate: Gate::new(Limits::default(), Fallback::default(), HOME_M)?,
+            robot: SimulatedRobot::new(INERTIA_KG, HOME_M)?,
+            ahead: spans.into(),
+            under_way: false,
+            following: Following::new(),
+            packets: Packets::default(),
+            latencies_ms: Vec::new(),
+            scores: Vec::new(),
+            lifts: [0; 2],
+            hand_m: [0.0; 3],
+        })
+    }
+
+    /// One millisecond: what arrived, what is announced, then the gate and the robot.
+    pub(super) fn live(&mut self, step: &Step) -> Result<(), DemoError> {
+        let now_us = step.now_us;
+        self.announce(now_us)?;
+        if let Some(hand) = step.hand {
+            self.hand_m = hand.position_m;
+            let event = Event::Hand {
+                exposed_us: hand.exposed_us,
+                position_m: hand.position_m,
+            };
+            self.session.handle(event, now_us)?;
+            self.positions_only.handle(event, now_us)?;
+        }
+        for arrival in &step.arrivals {
+            match &arrival.frame {
+                Ok(frame) => {
+                    let event = Event::Frame(frame);
+                    if let Some(command) = self.session.handle(event, now_us)? {
+                        self.offer(&command, now_us);
+                    }
+                }
+                Err(_refused) => self.packets.corrupt += 1,
+            }
+        }
+        self.move_robot(now_us)
+    }
+
+    fn offer(&mut self, command: &Command, now_us: u64) {
+        #[allow(clippy::cast_precision_loss, reason = "milliseconds")]
+        let age_ms = now_us.saturating_sub(command.acquired_us) as f64 * 1e-3;
+        self.latencies_ms.push(age_ms);
+        // A refusal leaves the gate with the command before, and its age runs on.
+        let _counted_there = self.gate.offer(command, now_us);
+        if self.latencies_ms.len() == 1 {
+            // The simulated person arms once, when the first packet shows that the wearable streams.
+            let _stays_disarmed = self.gate.arm(self.robot.position_m(), now_us);
+        }
+    }
+
+    /// Tells the sessions of movements that begin and end, and scores the latter.
+    fn announce(&mut self, now_us: u64) -> Result<(), DemoError> {
+        let Some(span) = self.ahead.front().copied() else {
+            return Ok(());
+        };
+        if !self.under_way && now_us >= span.start_us {
+            self.under_way = true;
+            let began = Event::Began {
+                at_us: span.start_us,
+                duration_us: span.end_us - span.start_us,
+            };
+            self.session.handle(began, now_us)?;
+            self.positions_only.handle(began, now_us)?;
+        }
+        if self.under_way && now_us >= span.end_us {
+            if let Task::Perform(action) = span.task {
+                self.score(action.skill);
+            }
+            self.session.handle(Event::Ended, now_us)?;
+            self.positions_only.handle(Event::Ended, now_us)?;
+            self.under_way = false;
+            self.ahead.pop_front();
+        }
+        Ok(())
+    }
+
+    fn score(&mut self, performed: Skill) {
+        let (best, posterior) = most_likely(&self.session.posterior());
+        let (without_semg, _) = most_likely(&self.positions_only.posterior());
+        let label = |skill: usize| self.labels.get(skill).cloned().unwrap_or_default();
+        let decision = self.session.decision();
+        let score = ActionScore {
+            performed: performed.label().to_owned(),
+            recognised: label(best),
+            posterior,
+            seconds_to_decision: decision.map(|decision| decision.after_s),
+            decided: decision.map(|decision| label(decision.skill)),
+            recognised_without_semg: label(without_semg),
+        };
+        if Skill::LIFTS.contains(&performed) {
+            self.lifts[0] += 1;
+            self.lifts[1] += usize::from(score.recognised_without_semg == score.performed);
+        }
+        self.scores.push(score);
+    }
+
+    fn move_robot(&mut self, now_us: u64) -> Result<(), DemoError> {
+        let doing = self.doing(now_us);
+        let lifting =
+            doing.is_some_and(|(action, s)| action.skill != Skill::HandOver && s >= GRASPED);
+        self.robot.carry(if lifting { PAYLOAD_KG } else { 0.0 })?;
+        let setpoint = self.gate.tick(now_us);
+        self.robot.step(&setpoint, [0.0; 3], PERIOD_S);
+        if let Some((action, s)) = doing {
+            let truth = scripted::robot(&action, s);
+            self.following.add(
+                (self.robot.position_m(), truth.position_m),
+                (setpoint.stiffness_n_per_m, truth.stiffness_n_per_m),
+            );
+        }
+        Ok(())
+    }
+
+    /// The action under way and its phase.
+    #[allow(clippy::cast_precision_loss, reason = "actions last seconds")]
+    fn doing(&self, now_us: u64) -> Option<(Action, f64)> {
+        let span = self.ahead.front().filter(|_| self.under_way)?;
+        let Task::Perform(action) = span.task else {
+            return None;
+        };
+        let since_us = now_us.saturating_sub(span.start_us) as f64;
+        Some((action, since_us / (span.end_us - span.start_us) as f64))
+    }
+
+    pub(super) fn snapshot(&mut self, now_us: u64, end_us: u64) -> Snapshot<'_> {
+        self.posterior = self.session.posterior();
+        Snapshot {
+            now_us,
+            end_us,
+            action: self.doing(now_us).map(|(action, s)| (action.skill, s)),
+            labels: &self.labels,
+            posterior: &self.posterior,
+            stream: self.session.stream(),
+            hand_m: self.hand_m,
+            setpoint: self.gate.setpoint(),
+            robot_m: self.robot.position_m(),
+            gate: self.gate.state(),
+            packets: self.packets,
+            scores: &self.scores,
+        }
+    }
+
+    pub(super) fn report(self, seed: u64) -> Report {
+        let [lifts, recognised] = self.lifts;
+        #[allow(clippy::cast_precision_loss, reason = "counts of actions")]
+        let accuracy_without_semg = (lifts > 0).then(|| recognised as f64 / lifts as f64);
+        let correct = self.scores.iter().filter(|a| a.recognised == a.performed);
+        let latency = |share| quantile(&self.latencies_ms, share);
+        Report {
+            seed,
+            correct: correct.count(),
+            total: self.scores.len(),
+            accuracy_without_semg,
+            stiffness_nrmse: self.following.stiffness_nrmse(),
+            robot_rmse_m: self.following.rmse_m(),
+            packets: self.packets,
+            latency_ms: latency(0.5)
+                .zip(latency(0.99))
+                .map(|(p50, p99)| Latency { p50, p99 }),
+            actions: self.scores,
+        }
+    }
+}
+
+/// Index and value of the largest; zero of an empty list.
+fn most_likely(posterior: &[f64]) -> (usize, f64) {
+    let best = posterior
+        .iter()
+        .copied()
+        .enumerate()
+        .max_by(|a, b| a.1.total_cmp(&b.1));
+    best.unwrap_or((0, 0.0))
+}

@@ -1,0 +1,33 @@
+#!/usr/bin/env bash
+# Links the chip's image, prints what it takes, and shows that `shared` for the chip allocates nothing:
+# neither in its own and its dependencies' libraries, nor in the linked image.
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+. tests/check/libclang.sh
+chip=thumbv7em-none-eabihf
+
+cargo firmware --locked
+mapfile -t libraries < <(
+    cargo build --locked --quiet -p tonus-shared --target "$chip" --message-format json |
+        python3 -c '
+import json, sys
+for line in sys.stdin:
+    for name in json.loads(line).get("filenames", []):
+        if sys.argv[1] in name and name.endswith(".rlib"):
+            print(name)' "$chip"
+)
+[ "${#libraries[@]}" -gt 0 ] || { echo "no library of shared was built for $chip" >&2; exit 1; }
+python3 tests/check/image.py "target/$chip/firmware/tonus-firmware" "${libraries[@]}"
+
+# The check itself must be able to fail: a library that does allocate is found out.
+scratch=$(mktemp -d)
+trap 'rm -r "$scratch"' EXIT
+cat >"$scratch/allocates.rs" <<'RUST'
+#![no_std]
+extern crate alloc;
+pub fn grow(length: usize) -> alloc::vec::Vec<u8> {
+    alloc::vec![1; length]
+}
+RUST
+rustc --edition 2024 --crate-type rlib --target "$chip" -o "$scratch/liballocates.rlib" "$scratch/allocates.rs"
+python3 tests/check/image.py --expect-alloc "$scratch/liballocates.rlib"
