@@ -7,7 +7,6 @@ mod envelope;
 mod progress;
 mod view;
 
-use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -66,16 +65,6 @@ pub(crate) struct UsageError(pub(crate) &'static str);
 
 /// Writes a file so that an interruption leaves the old one or the new one, never half of one.
 pub(crate) fn write_atomically(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    let write = || {
-        let mut file = tempfile::NamedTempFile::new_in(folder)?;
-        file.write_all(bytes)?;
-        file.as_file().sync_all()?;
-        file.persist(path).map_err(|failed| failed.error)?;
-        Ok::<(), std::io::Error>(())
-    };
-    write().with_context(|| format!("{}: cannot be written", path.display()))
+    tonus::atomic::write(path, bytes)
+        .with_context(|| format!("{}: cannot be written", path.display()))
 }
