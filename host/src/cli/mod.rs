@@ -10,7 +10,7 @@ mod view;
 use std::path::Path;
 use std::process::ExitCode;
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use clap::{Parser, Subcommand};
 
 /// Recognise what a person does and how firmly, and let a robot follow as an impedance.
@@ -26,6 +26,8 @@ struct Tonus {
     /// Print one JSON document instead of text.
     #[arg(long, global = true)]
     json: bool,
+    #[command(flatten)]
+    demo: demo::DemoArgs,
     #[command(subcommand)]
     verb: Option<Verb>,
 }
@@ -38,14 +40,10 @@ enum Verb {
 
 /// Parses the command line and runs the verb.
 pub(crate) fn main() -> ExitCode {
-    let Tonus { json, verb } = Tonus::parse();
-    let outcome = match verb {
-        Some(Verb::Demo(args)) => args.run(json),
-        Some(Verb::Envelope(args)) => args.run(json),
-        None => demo::DemoArgs::default().run(json),
-    };
-    match outcome {
+    match run(Tonus::parse()) {
         Ok(()) => ExitCode::SUCCESS,
+        // Whoever read the output has seen enough.
+        Err(error) if is_closed_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("tonus: {error:#}");
             let usage = error.is::<UsageError>();
@@ -56,6 +54,34 @@ pub(crate) fn main() -> ExitCode {
             }
         }
     }
+}
+
+fn run(Tonus { json, demo, verb }: Tonus) -> anyhow::Result<()> {
+    let Some(verb) = verb else {
+        return demo.run(json);
+    };
+    if demo != demo::DemoArgs::default() {
+        bail!(UsageError(
+            "options of demo stand behind it, or alone without a verb"
+        ));
+    }
+    match verb {
+        Verb::Demo(args) => args.run(json),
+        Verb::Envelope(args) => args.run(json),
+    }
+}
+
+fn is_closed_pipe(error: &anyhow::Error) -> bool {
+    let closed = |e: &std::io::Error| e.kind() == std::io::ErrorKind::BrokenPipe;
+    error.downcast_ref::<std::io::Error>().is_some_and(closed)
+}
+
+/// Prints a result. `println!` panics when the reader has closed the pipe; this says so to [`main`].
+pub(crate) fn print(text: &str) -> anyhow::Result<()> {
+    let mut out = std::io::stdout().lock();
+    out.write_all(text.as_bytes())?;
+    out.flush()?;
+    Ok(())
 }
 
 /// Options that parse one by one and make no sense together.
