@@ -4,9 +4,15 @@
 
 mod demo;
 mod envelope;
+mod eval;
+mod infer;
+mod info;
+mod options;
 mod progress;
+mod train;
 mod view;
 
+use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -34,6 +40,10 @@ struct Tonus {
 enum Verb {
     Demo(demo::DemoArgs),
     Envelope(envelope::EnvelopeArgs),
+    Eval(eval::EvalArgs),
+    Infer(infer::InferArgs),
+    Info(info::InfoArgs),
+    Train(train::TrainArgs),
 }
 
 /// Parses the command line and runs the verb.
@@ -42,6 +52,10 @@ pub(crate) fn main() -> ExitCode {
     let outcome = match verb {
         Some(Verb::Demo(args)) => args.run(json),
         Some(Verb::Envelope(args)) => args.run(json),
+        Some(Verb::Eval(args)) => args.run(json),
+        Some(Verb::Infer(args)) => args.run(json),
+        Some(Verb::Info(args)) => args.run(json),
+        Some(Verb::Train(args)) => args.run(json),
         None => demo::DemoArgs::default().run(json),
     };
     match outcome {
@@ -62,6 +76,14 @@ pub(crate) fn main() -> ExitCode {
 #[derive(Debug, thiserror::Error)]
 #[error("{0}; see --help")]
 pub(crate) struct UsageError(pub(crate) &'static str);
+
+/// Prints to standard output. A reader that went away is no error.
+pub(crate) fn say(text: &str) -> anyhow::Result<()> {
+    match std::io::stdout().write_all(text.as_bytes()) {
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        outcome => outcome.context("standard output"),
+    }
+}
 
 /// Writes a file so that an interruption leaves the old one or the new one, never half of one.
 pub(crate) fn write_atomically(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
