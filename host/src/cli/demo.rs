@@ -8,7 +8,7 @@ use tonus::demo::{self, DemoConfig, Report};
 
 use super::progress::Progress;
 use super::view::View;
-use super::{UsageError, print};
+use super::{UsageError, say};
 
 const EXAMPLE: &str = "Examples:
   tonus demo                            watch it in the terminal (q or Ctrl-C ends it)
@@ -65,9 +65,9 @@ impl DemoArgs {
             report?
         };
         if json {
-            print(&format!("{}\n", serde_json::to_string_pretty(&report)?))
+            say(&format!("{}\n", serde_json::to_string_pretty(&report)?))
         } else {
-            print(&text(&report))
+            say(&text(&report))
         }
     }
 }

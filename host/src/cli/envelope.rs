@@ -10,7 +10,7 @@ use tonus_shared::semg::chain::{Chain, ChainConfig, ChainState, Conditioner, Not
 use tonus_shared::semg::design::Mains;
 use tonus_shared::semg::smoother::Smoother;
 
-use super::{UsageError, print, write_atomically};
+use super::{UsageError, say, write_atomically};
 
 /// Pole sharpness of `--notch`: a 50 Hz notch is then 1.7 Hz wide.
 const NOTCH_Q: f64 = 30.0;
@@ -99,9 +99,9 @@ impl EnvelopeArgs {
                 "input": self.input, "output": self.output, "channels": channels,
                 "samples": table.rows(), "rate_hz": self.rate, "delay_s": delay_s,
             });
-            print(&format!("{summary}\n"))
+            say(&format!("{summary}\n"))
         } else {
-            print(&format!(
+            say(&format!(
                 "{}: {} samples of {} at {} Hz; each value describes the muscle {:.1} ms earlier\n",
                 self.output.display(),
                 table.rows(),

@@ -4,9 +4,15 @@
 
 mod demo;
 mod envelope;
+mod eval;
+mod infer;
+mod info;
+mod options;
 mod progress;
+mod train;
 mod view;
 
+use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -36,18 +42,19 @@ struct Tonus {
 enum Verb {
     Demo(demo::DemoArgs),
     Envelope(envelope::EnvelopeArgs),
+    Eval(eval::EvalArgs),
+    Infer(infer::InferArgs),
+    Info(info::InfoArgs),
+    Train(train::TrainArgs),
 }
 
 /// Parses the command line and runs the verb.
 pub(crate) fn main() -> ExitCode {
     match run(Tonus::parse()) {
         Ok(()) => ExitCode::SUCCESS,
-        // Whoever read the output has seen enough.
-        Err(error) if is_closed_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("tonus: {error:#}");
-            let usage = error.is::<UsageError>();
-            if usage {
+            if error.is::<UsageError>() {
                 ExitCode::from(2)
             } else {
                 ExitCode::FAILURE
@@ -68,26 +75,25 @@ fn run(Tonus { json, demo, verb }: Tonus) -> anyhow::Result<()> {
     match verb {
         Verb::Demo(args) => args.run(json),
         Verb::Envelope(args) => args.run(json),
+        Verb::Eval(args) => args.run(json),
+        Verb::Infer(args) => args.run(json),
+        Verb::Info(args) => args.run(json),
+        Verb::Train(args) => args.run(json),
     }
-}
-
-fn is_closed_pipe(error: &anyhow::Error) -> bool {
-    let closed = |e: &std::io::Error| e.kind() == std::io::ErrorKind::BrokenPipe;
-    error.downcast_ref::<std::io::Error>().is_some_and(closed)
-}
-
-/// Prints a result. `println!` panics when the reader has closed the pipe; this says so to [`main`].
-pub(crate) fn print(text: &str) -> anyhow::Result<()> {
-    let mut out = std::io::stdout().lock();
-    out.write_all(text.as_bytes())?;
-    out.flush()?;
-    Ok(())
 }
 
 /// Options that parse one by one and make no sense together.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}; see --help")]
 pub(crate) struct UsageError(pub(crate) &'static str);
+
+/// Prints to standard output. A reader that went away is no error.
+pub(crate) fn say(text: &str) -> anyhow::Result<()> {
+    match std::io::stdout().write_all(text.as_bytes()) {
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        outcome => outcome.context("standard output"),
+    }
+}
 
 /// Writes a file so that an interruption leaves the old one or the new one, never half of one.
 pub(crate) fn write_atomically(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
