@@ -115,7 +115,7 @@ pub enum TableError {
         text: String,
     },
     /// NaN or an infinity.
-    #[error("{place}: {value} is not finite")]
+    #[error("{place}: {value:?} is not finite")]
     NotFinite {
         /// Where.
         place: Place,
@@ -123,7 +123,7 @@ pub enum TableError {
         value: f64,
     },
     /// A time that does not come after the one before it.
-    #[error("{place}: {value} does not come after {previous}; times must strictly increase")]
+    #[error("{place}: {value:?} does not come after {previous:?}; times must strictly increase")]
     NotIncreasing {
         /// Where.
         place: Place,

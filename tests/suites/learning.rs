@@ -452,7 +452,7 @@ fn demonstrations_that_teach_nothing_are_refused_by_name() {
     let text = refused(&twins, Dof::stiffness("k")).to_string();
     assert_eq!(
         text,
-        "a.csv: `a` at 0 s: `k` is 0, and it enters the model as a logarithm: it must be positive"
+        "a.csv: `a` at 0 s: `k` is 0.0, and it enters the model as a logarithm: it must be positive"
     );
     let huge = [
         demo("a", &[-1e308, 1e308]),

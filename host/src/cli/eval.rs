@@ -1,6 +1,7 @@
 //! `tonus eval`: how good a model is on demonstrations.
 
 use std::fmt::Write;
+use std::io::{IsTerminal, stderr};
 use std::path::PathBuf;
 
 use serde_json::{Map, Value, json};
@@ -80,7 +81,7 @@ impl EvalArgs {
             };
             let valid = again.check()?;
             let total = demonstrations.len() as u64;
-            let progress = Progress::bar("leaving one out", !json);
+            let progress = Progress::bar("leaving one out", !json && stderr().is_terminal());
             let mut done = |count: usize| progress.at(count as u64, total);
             let evaluation = leave_one_out(&demonstrations, &valid, &protocol, &mut done)?;
             progress.finish();

@@ -129,10 +129,10 @@ impl InferArgs {
         let observation = model
             .observation(dof, phase, value, self.sigma)
             .with_context(names)?;
-        let observation = observation.with_context(|| format!("--observe {name}={value}"))?;
+        let observation = observation.with_context(|| format!("--observe {name}={value:?}"))?;
         mixture
             .observe(&observation)
-            .with_context(|| format!("--at {phase} --observe {name}={value}"))
+            .with_context(|| format!("--at {phase} --observe {name}={value:?}"))
     }
 }
 

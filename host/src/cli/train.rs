@@ -1,5 +1,6 @@
 //! `tonus train`: a model from demonstrations.
 
+use std::io::{IsTerminal, stderr};
 use std::path::PathBuf;
 
 use serde_json::json;
@@ -66,7 +67,7 @@ impl TrainArgs {
             }
             other => other.into(),
         })?;
-        let progress = Progress::spinner("learning", !json);
+        let progress = Progress::spinner("learning", !json && stderr().is_terminal());
         let given = valid.get();
         let demonstrations = options::demonstrations(&self.files, &given.dofs, &self.exclude)?;
         let model = learn(&demonstrations, &valid)?;

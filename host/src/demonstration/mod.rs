@@ -33,7 +33,7 @@ pub enum DemonstrationError {
         times: usize,
     },
     /// NaN or infinite.
-    #[error("DoF {dof} is {value} at sample {sample}: drop the sample")]
+    #[error("DoF {dof} is {value:?} at sample {sample}: drop the sample")]
     NonFinite {
         /// The DoF, from 0.
         dof: usize,
@@ -42,8 +42,11 @@ pub enum DemonstrationError {
         /// The value.
         value: f64,
     },
+    /// Times so far apart that their difference is infinite.
+    #[error("the time from its first to its last sample overflows")]
+    Span,
     /// A time that does not come after the one before it (or is not a number).
-    #[error("time {time_s} s of sample {sample} does not come after the one before it")]
+    #[error("time {time_s:?} s of sample {sample} does not come after the one before it")]
     NotIncreasing {
         /// The sample, from 0.
         sample: usize,
@@ -84,11 +87,13 @@ impl Demonstration {
         }
         let mut previous = f64::NEG_INFINITY;
         for (sample, &time_s) in t_s.iter().enumerate() {
-            // The span must be finite too: it becomes the duration.
-            if !(time_s > previous && (time_s - t_s[0]).is_finite()) {
+            if !(time_s.is_finite() && time_s > previous) {
                 return Err(DemonstrationError::NotIncreasing { sample, time_s });
             }
             previous = time_s;
+        }
+        if !(previous - t_s[0]).is_finite() {
+            return Err(DemonstrationError::Span);
         }
         for (dof, series) in values.iter().enumerate() {
             if series.len() != t_s.len() {

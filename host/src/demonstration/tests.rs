@@ -70,7 +70,7 @@ fn what_cannot_be_read_is_named() {
     );
     assert_eq!(
         refused("t_s,x,label,trial\n0,1,a,1\n0,2,a,1\n", &["x"], &[]),
-        "demos.csv:3: column `t_s`: 0 does not come after 0; times must strictly increase"
+        "demos.csv:3: column `t_s`: 0.0 does not come after 0.0; times must strictly increase"
     );
     assert_eq!(
         refused("t_s,x,label,trial\n0,1,,1\n", &["x"], &[]),

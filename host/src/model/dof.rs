@@ -24,7 +24,7 @@ pub struct Dof {
 
 /// A value that has no logarithm.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("`{dof}` is {value}, and it enters the model as a logarithm: it must be positive")]
+#[error("`{dof}` is {value:?}, and it enters the model as a logarithm: it must be positive")]
 pub struct NotPositive {
     /// The DoF.
     pub dof: String,

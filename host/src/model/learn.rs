@@ -68,7 +68,7 @@ pub enum LearnError {
         reason: NotPositive,
     },
     /// A DoF that is the same everywhere.
-    #[error("DoF `{dof}` is {value} in every demonstration: leave it out")]
+    #[error("DoF `{dof}` is {value:?} in every demonstration: leave it out")]
     Constant {
         /// The DoF.
         dof: String,

@@ -4,6 +4,8 @@ use nalgebra::{DMatrix, DVector, SVD};
 
 /// Singular values below this share of the largest are rounding.
 const RANK_TOLERANCE: f64 = 1e-10;
+/// Deviations below this share of the weights are the rounding of their mean.
+const IDENTICAL: f64 = 1e-13;
 /// Largest share of the deviations that the factorisation may fail to give back.
 const SVD_TOLERANCE: f64 = 1e-8;
 /// Far more than the QR iteration needs.
@@ -74,7 +76,9 @@ impl Subspace {
             return Err(SubspaceError::Factorisation);
         };
         let largest = svd.singular_values.max();
-        if !(largest.is_finite() && largest > 0.0) {
+        let means = deviations.means.iter().map(DVector::norm);
+        let least = IDENTICAL * means.fold(0.0, f64::max);
+        if !(largest.is_finite() && largest > least) {
             return Err(SubspaceError::Nothing);
         }
         let above = |value: &&f64| **value > RANK_TOLERANCE * largest;

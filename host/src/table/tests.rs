@@ -88,11 +88,11 @@ fn times_must_increase() {
     assert!(increasing(2..3).is_ok());
     assert_eq!(
         message(increasing(0..4)),
-        "demos.csv:4: column `t_s`: 0 does not come after 1; times must strictly increase"
+        "demos.csv:4: column `t_s`: 0.0 does not come after 1.0; times must strictly increase"
     );
     assert_eq!(
         message(increasing(2..4)),
-        "demos.csv:5: column `t_s`: 0 does not come after 0; times must strictly increase"
+        "demos.csv:5: column `t_s`: 0.0 does not come after 0.0; times must strictly increase"
     );
 }
 
