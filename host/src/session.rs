@@ -9,9 +9,14 @@
 //! A movement's start and duration are announced by [`Event::Began`]: an oracle (a cue, a foot switch),
 //! until onset and tempo are inferred too.
 
+mod movement;
+
+pub use movement::Decision;
+
 use crate::model::recognise::{Prediction, RecogniseError, Recogniser};
 use crate::robot::command::{Command, Quality};
 use crate::robot::gate;
+use movement::Movement;
 use tonus_shared::semg::quality::Quality as ChannelQuality;
 use tonus_shared::wire::{Frame, Packet, SequenceCounts, SequenceTracker, Stream, StreamFlags};
 
@@ -26,8 +31,8 @@ const COMMAND_LIFE_US: u64 = gate::HOLD_AGE_US;
 /// How the session observes, decides and commands.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SessionConfig {
-    /// Observations of each sensor in one movement, equally spaced. More is not better: what a sensor gets
-    /// wrong at one instant it gets wrong a hundredth of a second later.
+    /// Observations of each sensor in one movement, one in each of so many equal parts. More is not better: what
+    /// a sensor gets wrong at one instant it gets wrong a hundredth of a second later.
     pub observations: u32,
     /// Standard deviation of the tracker's white error, metres.
     pub position_sigma_m: f64,
@@ -89,41 +94,6 @@ pub enum Event<'a> {
     Ended,
 }
 
-/// The first moment at which the posterior sufficed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Decision {
-    /// Index of the skill in the model.
-    pub skill: usize,
-    /// Its posterior probability then.
-    pub posterior: f64,
-    /// Time since the movement began, seconds.
-    pub after_s: f64,
-}
-
-#[derive(Debug, Clone, Copy)]
-struct Movement {
-    began_us: u64,
-    duration_us: u64,
-    hands: u32,
-    stiffnesses: u32,
-    decision: Option<Decision>,
-}
-
-impl Movement {
-    /// Phase at a time, clamped to the movement.
-    #[allow(clippy::cast_precision_loss, reason = "movements last seconds")]
-    fn phase(&self, at_us: u64) -> f64 {
-        let since_us = at_us.saturating_sub(self.began_us).min(self.duration_us);
-        since_us as f64 / self.duration_us as f64
-    }
-
-    /// Whether the `taken`-th of `wanted` equally spaced observations is due at `at_us`.
-    fn due(&self, at_us: u64, taken: u32, wanted: u32) -> bool {
-        let inside = (self.began_us..=self.began_us + self.duration_us).contains(&at_us);
-        inside && self.phase(at_us) * f64::from(wanted) >= f64::from(taken)
-    }
-}
-
 /// One wearer, one model, one robot.
 #[derive(Debug)]
 pub struct Session<'m> {
@@ -173,13 +143,7 @@ impl<'m> Session<'m> {
         match event {
             Event::Began { at_us, duration_us } => {
                 self.recogniser.reset();
-                self.movement = Some(Movement {
-                    began_us: at_us,
-                    duration_us: duration_us.max(1),
-                    hands: 0,
-                    stiffnesses: 0,
-                    decision: None,
-                });
+                self.movement = Some(Movement::new(at_us, duration_us));
                 Ok(None)
             }
             Event::Ended => {
@@ -228,10 +192,10 @@ impl<'m> Session<'m> {
         let Some(movement) = &mut self.movement else {
             return Ok(());
         };
-        if !movement.due(exposed_us, movement.hands, self.config.observations) {
+        let part = movement.part(exposed_us, self.config.observations);
+        if !movement.hands.take(part) {
             return Ok(());
         }
-        movement.hands += 1;
         let phase = movement.phase(exposed_us);
         for (dof, value) in self.dofs[..3].iter().zip(position_m) {
             let sigma = self.config.position_sigma_m;
@@ -274,14 +238,13 @@ impl<'m> Session<'m> {
         let Some(movement) = &mut self.movement else {
             return Ok(());
         };
-        let wanted = self.config.observations;
+        let part = movement.part(describes_us, self.config.observations);
         if !self.config.use_semg
             || quality(stream) != Quality::Good
-            || !movement.due(describes_us, movement.stiffnesses, wanted)
+            || !movement.stiffnesses.take(part)
         {
             return Ok(());
         }
-        movement.stiffnesses += 1;
         let phase = movement.phase(describes_us);
         for (dof, value) in self.dofs[3..6].iter().zip(stream.stiffness_n_per_m) {
             let value = f64::from(value);
@@ -310,9 +273,9 @@ impl<'m> Session<'m> {
             return;
         };
         let least = if self.config.use_semg {
-            movement.hands.min(movement.stiffnesses)
+            movement.hands.count.min(movement.stiffnesses.count)
         } else {
-            movement.hands
+            movement.hands.count
         };
         if least < self.config.decide_after {
             return;
@@ -349,15 +312,15 @@ impl<'m> Session<'m> {
             stiffness_n_per_m: self.config.home_stiffness_n_per_m,
             damping_ratio: self.config.damping_ratio,
             acquired_us,
-            valid_until_us: acquired_us + COMMAND_LIFE_US,
+            // A wearable may claim any time; the gate refuses one from the future.
+            valid_until_us: acquired_us.saturating_add(COMMAND_LIFE_US),
             sequence: self.commands,
             boot_id: frame.header.boot_id,
             quality: quality(stream),
         };
         if let Some(movement) = self.movement {
             let phase = movement.phase(now_us);
-            #[allow(clippy::cast_precision_loss, reason = "movements last seconds")]
-            let duration_s = movement.duration_us as f64 * 1e-6;
+            let duration_s = movement.duration_s();
             let robot = self.expected(phase)?;
             let uncertain = (robot.iter()).any(|(place, _)| place.std > self.config.act_within_m);
             if uncertain {
@@ -407,3 +370,6 @@ fn quality(stream: &Stream) -> Quality {
         Quality::Good
     }
 }
+
+#[cfg(test)]
+mod tests;

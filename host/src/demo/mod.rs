@@ -229,6 +229,15 @@ fn shuffled_run(seed: u64) -> Vec<Action> {
     skills.into_iter().map(perform).collect()
 }
 
+/// A recorded instant in the order of [`DOFS`].
+fn values(row: &demonstrations::Row) -> [f64; DOFS.len()] {
+    let [hx, hy, hz] = row.human_m;
+    let [hkx, hky, hkz] = row.human_n_per_m;
+    let [rx, ry, rz] = row.robot.position_m;
+    let [rkx, rky, rkz] = row.robot.stiffness_n_per_m;
+    [hx, hy, hz, hkx, hky, hkz, rx, ry, rz, rkx, rky, rkz]
+}
+
 /// Learns the demo's skills from demonstrations recorded through the whole chain.
 ///
 /// # Errors
@@ -242,7 +251,7 @@ pub fn learn_skills(config: &DemoConfig) -> Result<Model, DemoError> {
     let recorded = demonstrations::record(&actions, &rig_config(config, config.seed))?;
     let named = recorded.iter().enumerate().map(|(trial, recording)| {
         let t_s = recording.rows.iter().map(|row| row.t_s).collect();
-        let series = |dof: usize| recording.rows.iter().map(|row| row.values[dof]).collect();
+        let series = |dof: usize| recording.rows.iter().map(|row| values(row)[dof]).collect();
         let values = (0..DOFS.len()).map(series).collect();
         let label = recording.action.skill.label();
         Demonstration::new(label, trial.to_string(), "simulated wearer", t_s, values)

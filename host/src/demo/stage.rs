@@ -6,7 +6,7 @@ use super::{
 };
 use crate::model::recognise::Recogniser;
 use crate::robot::command::Command;
-use crate::robot::gate::Gate;
+use crate::robot::gate::{Cause, Gate, State};
 use crate::robot::limits::{Fallback, Limits};
 use crate::robot::simulated::SimulatedRobot;
 use crate::session::{Event, Session};
@@ -98,9 +98,9 @@ impl<'m> Stage<'m> {
         self.latencies_ms.push(age_ms);
         // A refusal leaves the gate with the command before, and its age runs on.
         let _counted_there = self.gate.offer(command, now_us);
-        if self.latencies_ms.len() == 1 {
-            // The simulated person arms once, when the first packet shows that the wearable streams.
-            let _stays_disarmed = self.gate.arm(self.robot.position_m(), now_us);
+        if self.gate.state() == State::Disarmed(Cause::Start) {
+            // The simulated person arms once, at the first command that may be followed; after a trip never again.
+            let _not_yet = self.gate.arm(self.robot.position_m(), now_us);
         }
     }
 

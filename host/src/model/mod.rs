@@ -4,8 +4,8 @@
 //! Hyperparameters --check--> Valid --learn(demonstrations)--> Model --> tonus_shared::promp
 //! ```
 //!
-//! Inference is `tonus_shared::promp` alone, the code that runs on the wearable: [`Model::latent`] and
-//! [`Model::skills`] are what it takes. A DoF with [`Transform::Log`] enters the model as the logarithm of its
+//! Inference is `tonus_shared::promp` alone, the code that runs on the wearable: [`Model::view`] is
+//! what it takes. A DoF with [`Transform::Log`] enters the model as the logarithm of its
 //! value, so that no inferred stiffness is negative: values go in through [`Dof::encode`] and come out
 //! through [`Dof::decode`].
 

@@ -1,17 +1,12 @@
 //! Labelled demonstrations, recorded through the whole chain: what arrives is joined by the time it describes.
 
 use super::rig::{Rig, RigConfig, RigError};
-use super::scripted;
+use super::scripted::{self, RobotPoint};
 use super::skills::DURATION_US;
 use super::tracker::TrackedHand;
 use super::wearer::{Action, Task};
 use tonus_shared::wire::{Packet, Stream};
 
-/// Names of the degrees of freedom, in the order of a row: metres and N/m.
-pub const DOFS: [&str; 12] = [
-    "human_x", "human_y", "human_z", "human_kx", "human_ky", "human_kz", "robot_x", "robot_y",
-    "robot_z", "robot_kx", "robot_ky", "robot_kz",
-];
 /// Positions are interpolated between frames at most this far apart, microseconds: a longer gap is an occlusion,
 /// and the row is left out.
 const LONGEST_GAP_US: u64 = 60_000;
@@ -21,8 +16,12 @@ const LONGEST_GAP_US: u64 = 60_000;
 pub struct Row {
     /// Time since the action began, seconds.
     pub t_s: f64,
-    /// The degrees of freedom, as in [`DOFS`].
-    pub values: [f64; DOFS.len()],
+    /// Position of the hand as tracked: shoulder frame, metres.
+    pub human_m: [f64; 3],
+    /// Stiffness of the hand as streamed, N/m.
+    pub human_n_per_m: [f64; 3],
+    /// The robot's part, from the script.
+    pub robot: RobotPoint,
 }
 
 /// One recorded action.
@@ -92,13 +91,11 @@ fn rows(
         let since_us = (describes_us - start_us) as f64;
         #[allow(clippy::cast_precision_loss, reason = "two seconds")]
         let robot = scripted::robot(action, since_us / DURATION_US as f64);
-        let [hx, hy, hz] = human_m;
-        let [hkx, hky, hkz] = stream.stiffness_n_per_m.map(f64::from);
-        let ([rx, ry, rz], [rkx, rky, rkz]) = (robot.position_m, robot.stiffness_n_per_m);
-        let values = [hx, hy, hz, hkx, hky, hkz, rx, ry, rz, rkx, rky, rkz];
         Some(Row {
             t_s: since_us * 1e-6,
-            values,
+            human_m,
+            human_n_per_m: stream.stiffness_n_per_m.map(f64::from),
+            robot,
         })
     };
     streams

@@ -160,14 +160,18 @@ fn rows_are_in_time_positive_and_joined_to_where_the_hand_was() {
                     .all(|(c, t)| (c - t).abs() < slack)
             };
             // Interpolation over up to 60 ms at up to 12 m/s^2.
-            assert!(near(&row.values[..3], &hand_m, 0.006), "{row:?} {hand_m:?}");
+            assert!(near(&row.human_m, &hand_m, 0.006), "{row:?} {hand_m:?}");
             assert!(
-                row.values[3..6]
+                row.human_n_per_m
                     .iter()
                     .all(|k| (10.0..10_000.0).contains(k))
             );
-            assert!(near(&row.values[6..9], &script.position_m, 1e-9));
-            assert!(near(&row.values[9..], &script.stiffness_n_per_m, 1e-6));
+            assert!(near(&row.robot.position_m, &script.position_m, 1e-9));
+            assert!(near(
+                &row.robot.stiffness_n_per_m,
+                &script.stiffness_n_per_m,
+                1e-6
+            ));
         }
     }
 }
@@ -178,7 +182,7 @@ fn firmness(demonstration: &Demonstration) -> f64 {
         .rows
         .iter()
         .filter(|row| (1.1..2.0).contains(&row.t_s))
-        .map(|row| row.values[3..6].iter().map(|k| k.ln()).sum())
+        .map(|row| row.human_n_per_m.iter().map(|k| k.ln()).sum())
         .collect();
     held.iter().sum::<f64>() / held.len() as f64
 }
@@ -231,7 +235,7 @@ fn a_longer_pull_is_a_stiffer_hand() {
     let recorded = record(&pulls, &config(TrackerNoise::NONE, LOSSY, 6)).unwrap();
     let levels: Vec<f64> = recorded
         .iter()
-        .map(|d| d.rows.last().unwrap().values[4])
+        .map(|d| d.rows.last().unwrap().human_n_per_m[1])
         .collect();
     println!("K_yy at the end of pulls to {reaches:?} m: {levels:.0?} N/m");
     assert!(
