@@ -1,5 +1,6 @@
 //! `tonus envelope`: the wearable's envelope, or an offline form of it, of a recording in CSV.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
@@ -10,13 +11,12 @@ use tonus_shared::semg::chain::{Chain, ChainConfig, ChainState, Conditioner, Not
 use tonus_shared::semg::design::Mains;
 use tonus_shared::semg::smoother::Smoother;
 
-use super::{UsageError, say, write_atomically};
+use super::options::{self, NOT_SIGNALS};
+use super::progress::Progress;
+use super::{UsageError, keep_inputs, say, write_atomically};
 
 /// Pole sharpness of `--notch`: a 50 Hz notch is then 1.7 Hz wide.
 const NOTCH_Q: f64 = 30.0;
-/// Columns that are never sEMG.
-const NOT_SIGNALS: [&str; 3] = ["t_s", "label", "trial"];
-
 /// Largest difference between `--rate` and the rate of `t_s`, as a share: recordings drift, units do not.
 const RATE_TOLERANCE: f64 = 0.05;
 
@@ -33,16 +33,17 @@ pub(crate) struct EnvelopeArgs {
     #[arg(value_name = "IN.csv")]
     input: PathBuf,
     /// Sample rate, Hz (200 to 2000).
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", value_parser = options::positive)]
     rate: f64,
-    /// Channels by column name, separated by commas; without it every numeric column but `t_s`.
+    /// Channels by column name, separated by commas; without it every column but `t_s`, `label` and `trial` that starts
+    /// with a number.
     #[arg(long, value_delimiter = ',', value_name = "NAMES")]
     channels: Vec<String>,
     /// Remove offset and drift by a 2nd-order high-pass at this frequency, Hz (the default, at 20).
-    #[arg(long, value_name = "HZ", group = "baseline")]
+    #[arg(long, value_name = "HZ", group = "baseline", value_parser = options::positive)]
     highpass: Option<f64>,
     /// Remove offset and drift by a first-order DC block at this frequency, Hz.
-    #[arg(long, value_name = "HZ", group = "baseline")]
+    #[arg(long, value_name = "HZ", group = "baseline", value_parser = options::positive)]
     dc_block: Option<f64>,
     /// Remove the least-squares line of the whole recording (offline form).
     #[arg(long, group = "baseline")]
@@ -57,10 +58,10 @@ pub(crate) struct EnvelopeArgs {
     #[arg(long)]
     order: Option<usize>,
     /// Cut-off of the Butterworth smoother, Hz [default: 5].
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", value_parser = options::positive)]
     cutoff: Option<f64>,
     /// Window of the mean or RMS smoother, ms [default: 150].
-    #[arg(long, value_name = "W")]
+    #[arg(long, value_name = "W", value_parser = options::positive)]
     window_ms: Option<f64>,
     /// Filter forward and backward, centre windows: no delay (offline form).
     #[arg(long)]
@@ -79,21 +80,24 @@ enum SmootherName {
 
 impl EnvelopeArgs {
     pub(crate) fn run(self, json: bool) -> anyhow::Result<()> {
-        let smoother = self.smoother()?;
+        let config = self.config()?;
+        let chain = Chain::<f32>::design(&config)?;
+        keep_inputs([&self.input], &self.output)?;
+        let progress = Progress::spinner("filtering", !json);
         let table = Table::open(&self.input)?;
         let channels = self.channels(&table)?;
         let times = self.times(&table)?;
         let mut columns = Vec::with_capacity(channels.len());
-        let mut delay_s = 0.0;
         for channel in &channels {
-            let x = table.numbers(channel)?;
-            let (envelope, delay) = self
-                .envelope(&x, smoother)
-                .with_context(|| format!("{}: column `{channel}`", self.input.display()))?;
-            delay_s = delay;
-            columns.push(envelope);
+            columns.push(self.envelope(&table, channel, (&config, &chain))?);
         }
         write_envelopes(&self.output, &times, &channels, &columns)?;
+        progress.finish();
+        let delay_s = if self.zero_phase {
+            0.0
+        } else {
+            chain.delay_s()
+        };
         if json {
             let summary = json!({
                 "input": self.input, "output": self.output, "channels": channels,
@@ -112,50 +116,51 @@ impl EnvelopeArgs {
         }
     }
 
-    /// Envelope and its delay, s. Offline forms lag nothing when zero-phase.
-    fn envelope(&self, x: &[f64], smoother: Smoother) -> anyhow::Result<(Vec<f64>, f64)> {
-        let conditioner = self.conditioner();
-        let config = ChainConfig {
+    fn config(&self) -> Result<ChainConfig, UsageError> {
+        Ok(ChainConfig {
             rate_hz: self.rate,
-            conditioner,
+            conditioner: self.conditioner(),
             notch: self.notch(),
-            smoother,
-        };
-        let chain = Chain::<f32>::design(&config)?;
+            smoother: self.smoother()?,
+        })
+    }
+
+    /// The envelope of one column, one value per row.
+    fn envelope(
+        &self,
+        table: &Table,
+        channel: &str,
+        (config, chain): (&ChainConfig, &Chain<f32>),
+    ) -> anyhow::Result<Vec<f64>> {
+        let x = table.numbers(channel)?;
         if self.detrend || self.zero_phase {
             let baseline = if self.detrend {
                 Baseline::Detrend
             } else {
-                Baseline::Filter(conditioner)
+                Baseline::Filter(config.conditioner)
             };
             let offline = OfflineEnvelope {
                 rate_hz: self.rate,
                 baseline,
                 notch: config.notch,
-                smoother,
+                smoother: config.smoother,
                 zero_phase: self.zero_phase,
             };
-            let delay_s = if self.zero_phase {
-                0.0
-            } else {
-                chain.delay_s()
-            };
-            return Ok((offline.apply(x)?, delay_s));
+            let envelope = offline.apply(&x);
+            return envelope
+                .with_context(|| format!("{}: column `{channel}`", self.input.display()));
         }
         let mut state = ChainState::new();
-        let mut envelope = Vec::with_capacity(x.len());
-        for (index, &value) in x.iter().enumerate() {
+        let stepped = x.iter().enumerate().map(|(row, &value)| {
             #[allow(
                 clippy::cast_possible_truncation,
-                reason = "the wearable computes in f32"
+                reason = "the wearable computes in f32; what overflows it is refused"
             )]
-            let sample = value as f32;
-            let step = chain
-                .step(&mut state, sample)
-                .with_context(|| format!("sample {index}"))?;
-            envelope.push(f64::from(step));
-        }
-        Ok((envelope, chain.delay_s()))
+            let step = chain.step(&mut state, value as f32);
+            let place = || format!("{}: {value:?}", table.place(row, channel));
+            step.map(f64::from).with_context(place)
+        });
+        stepped.collect()
     }
 
     fn conditioner(&self) -> Conditioner {
@@ -178,16 +183,16 @@ impl EnvelopeArgs {
     }
 
     /// Options that the chosen smoother does not have are refused, not ignored.
-    fn smoother(&self) -> anyhow::Result<Smoother> {
+    fn smoother(&self) -> Result<Smoother, UsageError> {
         let windowed = self.smoother != SmootherName::Butterworth;
         if windowed && (self.order.is_some() || self.cutoff.is_some()) {
-            bail!(UsageError(
-                "--order and --cutoff belong to --smoother butterworth; mean and rms take --window-ms"
+            return Err(UsageError(
+                "--order and --cutoff belong to --smoother butterworth; mean and rms take --window-ms",
             ));
         }
         if !windowed && self.window_ms.is_some() {
-            bail!(UsageError(
-                "--window-ms belongs to --smoother mean or rms; butterworth takes --order and --cutoff"
+            return Err(UsageError(
+                "--window-ms belongs to --smoother mean or rms; butterworth takes --order and --cutoff",
             ));
         }
         let window_s = self.window_ms.unwrap_or(150.0) / 1e3;
@@ -203,16 +208,27 @@ impl EnvelopeArgs {
 
     fn channels(&self, table: &Table) -> anyhow::Result<Vec<String>> {
         if !self.channels.is_empty() {
+            let mut once = BTreeSet::new();
+            if !self.channels.iter().all(|name| once.insert(name)) {
+                bail!(UsageError("--channels names a column twice"));
+            }
             return Ok(self.channels.clone());
         }
+        // A number (NaN too) makes it a signal, and then every cell must be one; a word makes it a remark.
+        let starts_with_a_number = |name: &&String| {
+            let cells = table.text(name).unwrap_or_default();
+            cells
+                .first()
+                .is_some_and(|cell| cell.parse::<f64>().is_ok())
+        };
         let signals: Vec<String> = (table.columns().iter())
             .filter(|name| !NOT_SIGNALS.contains(&name.as_str()))
-            .filter(|name| table.numbers(name).is_ok())
+            .filter(starts_with_a_number)
             .cloned()
             .collect();
         if signals.is_empty() {
             bail!(
-                "{}: no numeric column besides t_s, label and trial; present: {}",
+                "{}: no column of numbers besides t_s, label and trial; present: {}",
                 self.input.display(),
                 table.columns().join(", ")
             );
@@ -245,6 +261,7 @@ impl EnvelopeArgs {
     fn times(&self, table: &Table) -> anyhow::Result<Vec<f64>> {
         if table.columns().iter().any(|name| name == "t_s") {
             let times = table.numbers("t_s")?;
+            table.strictly_increasing("t_s", &times, 0)?;
             self.check_rate(&times)?;
             return Ok(times);
         }

@@ -9,7 +9,7 @@ use tonus::store;
 use tonus_shared::promp::{Mixture, Order, Row, trajectory_scratch_len};
 
 use super::options::Instant;
-use super::{UsageError, options, say, write_atomically};
+use super::{UsageError, keep_inputs, options, say, write_atomically};
 
 /// Rows of the output.
 const SAMPLES: usize = 101;
@@ -50,6 +50,7 @@ pub(crate) struct InferArgs {
 impl InferArgs {
     /// Observes, infers, writes, reports.
     pub(crate) fn run(self, json: bool) -> anyhow::Result<()> {
+        keep_inputs([&self.model], &self.output)?;
         if self.at.len() != self.observe.len() {
             bail!(UsageError("give as many --at as --observe, in pairs"));
         }

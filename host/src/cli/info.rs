@@ -14,10 +14,8 @@ use tonus::store;
 use tonus::table::Table;
 use tonus_shared::promp::Family;
 
+use super::options::NOT_SIGNALS;
 use super::say;
-
-/// Columns of a demonstration file that are no signals.
-const NOT_SIGNALS: [&str; 3] = ["t_s", "label", "trial"];
 
 const EXAMPLE: &str = "Example:
   tonus info skills.safetensors

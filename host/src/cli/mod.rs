@@ -13,11 +13,12 @@ mod train;
 mod view;
 
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::{Context, bail};
 use clap::{Parser, Subcommand};
+use tonus_shared::semg::design::DesignError;
 
 /// Recognise what a person does and how firmly, and let a robot follow as an impedance.
 ///
@@ -54,7 +55,8 @@ pub(crate) fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("tonus: {error:#}");
-            if error.is::<UsageError>() {
+            // Filters are asked for on the command line alone.
+            if error.is::<UsageError>() || error.is::<DesignError>() {
                 ExitCode::from(2)
             } else {
                 ExitCode::FAILURE
@@ -93,6 +95,22 @@ pub(crate) fn say(text: &str) -> anyhow::Result<()> {
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
         outcome => outcome.context("standard output"),
     }
+}
+
+/// Refuses an output that is one of the inputs: it would be lost.
+pub(crate) fn keep_inputs<'a>(
+    inputs: impl IntoIterator<Item = &'a PathBuf>,
+    output: &Path,
+) -> Result<(), UsageError> {
+    // What does not exist yet is no input.
+    let Ok(there) = output.canonicalize() else {
+        return Ok(());
+    };
+    let same = |input: &PathBuf| input.is_file() && input.canonicalize().is_ok_and(|i| i == there);
+    if inputs.into_iter().any(same) {
+        return Err(UsageError("--output names an input, which would be lost"));
+    }
+    Ok(())
 }
 
 /// Writes a file so that an interruption leaves the old one or the new one, never half of one.

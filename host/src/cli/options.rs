@@ -8,6 +8,9 @@ use tonus::model::{Dof, Transform};
 use tonus::table::Table;
 use tonus_shared::promp::Basis;
 
+/// Columns of a CSV file that are no signals.
+pub(super) const NOT_SIGNALS: [&str; 3] = ["t_s", "label", "trial"];
+
 /// `NAME`, `NAME:UNIT` or `NAME:UNIT:log`.
 pub(super) fn dof(text: &str) -> Result<Dof, String> {
     let mut fields = text.split(':');

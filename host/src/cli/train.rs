@@ -10,7 +10,7 @@ use tonus::store;
 use tonus_shared::promp::Basis;
 
 use super::progress::Progress;
-use super::{UsageError, options, say};
+use super::{UsageError, keep_inputs, options, say};
 
 const EXAMPLE: &str = "Example:
   tonus train lifts.csv pushes.csv -o skills.safetensors --dofs x,y,z,kz:N/m:log --basis gaussian:20
@@ -56,6 +56,7 @@ pub(crate) struct TrainArgs {
 impl TrainArgs {
     /// Reads, learns, writes, reports.
     pub(crate) fn run(self, json: bool) -> anyhow::Result<()> {
+        keep_inputs(&self.files, &self.output)?;
         let hyperparameters = Hyperparameters {
             ridge: self.ridge,
             placement_m: self.placement_m,

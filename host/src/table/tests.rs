@@ -136,3 +136,11 @@ fn files_that_are_not_tables_are_refused() {
         "/nonexistent/demos.csv: cannot be read"
     );
 }
+
+#[test]
+fn other_separators_are_named() {
+    for text in ["t_s;x\n0,5;1\n", "t_s\tx\n0\t1\n"] {
+        let refused = read(text).unwrap_err();
+        assert!(matches!(refused, TableError::Separator { .. }), "{refused}");
+    }
+}
