@@ -5,6 +5,7 @@ use std::process::Command;
 use std::thread;
 
 use tonus::demo::{DemoConfig, Report, learn_skills, perform};
+use tonus::robot::gate::{Cause, State};
 
 /// Never run before the demo was finished; `tests/full` adds as many again.
 const SEEDS: std::ops::RangeInclusive<u64> = 9_001..=9_020;
@@ -66,13 +67,22 @@ fn recognises_with_semg_and_cannot_without() {
     let mean = |of: fn(&Report) -> Option<f64>| {
         reports.iter().filter_map(of).sum::<f64>() / reports.len() as f64
     };
-    println!(
-        "robot {:.1} mm and {:.3} of the stiffness range from the truth (means of the runs' RMS)",
-        1e3 * mean(|report| report.robot_rmse_m),
+    let (robot_m, stiffness) = (
+        mean(|report| report.robot_rmse_m),
         mean(|report| report.stiffness_nrmse),
     );
+    println!(
+        "robot {:.1} mm and {stiffness:.3} of the stiffness range from the truth (means of the runs' RMS)",
+        1e3 * robot_m,
+    );
+    let sure: f64 = actions().map(|a| a.posterior).sum::<f64>() / total as f64;
+    println!("mean posterior of the recognised skill {sure:.4}, right {with_semg:.4} of the time");
     assert!(with_semg >= 0.95, "{with_semg}");
     assert!(without_semg <= 0.5, "{without_semg}");
+    // The README's figures, rounded up. A robot that is never armed stays at home, a third of a metre away.
+    assert!(robot_m <= 0.08 && stiffness <= 0.1, "{robot_m} {stiffness}");
+    // Right as often as it says, within four standard errors of 320 trials at 0.99.
+    assert!((sure - with_semg).abs() <= 0.02, "{sure} sure");
     for report in &reports {
         let packets = report.packets;
         let lost = packets.lost as f64 / packets.sent as f64;
@@ -136,14 +146,26 @@ fn the_run_ends_when_it_is_told_to() {
         ..DemoConfig::default()
     };
     let model = learn_skills(&config).unwrap();
-    let mut last_us = 0;
+    let (mut last_us, mut states) = (0, Vec::new());
     let report = perform(&config, &model, |snapshot| {
         last_us = snapshot.now_us;
+        if states.last() != Some(&snapshot.gate) {
+            states.push(snapshot.gate);
+        }
         ControlFlow::Continue(())
     })
     .unwrap();
     // Two actions of 2 s after pauses of 1.5 s.
     assert_eq!((report.total, last_us), (2, 7_980_000));
+    // Armed once, by the first command that may be followed; a doubt or a late packet holds, nothing disarms.
+    assert_eq!(
+        states[..2],
+        [State::Disarmed(Cause::Start), State::Following]
+    );
+    assert!(
+        !states[1..].iter().any(|s| matches!(s, State::Disarmed(_))),
+        "{states:?}"
+    );
     let mut looks = 0;
     let broken = perform(&config, &model, |_| {
         looks += 1;

@@ -26,7 +26,7 @@ fn any_value() -> impl Strategy<Value = f64> {
 }
 
 fn any_command() -> impl Strategy<Value = Command> {
-    let quality = prop_oneof![8 => Just(Quality::Good), 1 => Just(Quality::Novel), 1 => Just(Quality::SignalFault)];
+    let quality = prop_oneof![8 => Just(Quality::Good), 1 => Just(Quality::Undecided), 1 => Just(Quality::Novel), 1 => Just(Quality::SignalFault)];
     let boot = prop_oneof![30 => Just(1_u32), 1 => Just(2_u32)];
     (
         prop::array::uniform3(prop_oneof![8 => -2.0..2.0, 1 => any_value()]),

@@ -84,7 +84,7 @@ fn draw(frame: &mut Frame<'_>, snapshot: &Snapshot<'_>) {
     action(frame, head, snapshot);
     envelopes(frame, signals, snapshot);
     posterior(frame, skills, snapshot);
-    plan_view(frame, space, snapshot);
+    side_view(frame, space, snapshot);
     stiffness(frame, firmness, snapshot);
     footer(frame, foot, snapshot);
 }
@@ -195,7 +195,7 @@ fn chart(
 }
 
 /// Both hands from the side: reach across, height up.
-fn plan_view(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot<'_>) {
+fn side_view(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot<'_>) {
     let hand = tonus::simulate::scripted::in_robot_frame(snapshot.hand_m);
     let (robot, goal) = (snapshot.robot_m, snapshot.setpoint.position_m);
     let canvas = Canvas::default()
