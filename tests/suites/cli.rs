@@ -106,13 +106,8 @@ fn demonstrations(file: &Path, seed: u64) {
 #[test]
 fn skills_are_learnt_evaluated_and_inferred() {
     let folder = tempfile::tempdir().unwrap();
-    let file = |name: &str| folder.path().join(name);
-    let (learnt, fresh, model, out) = (
-        file("learnt.csv"),
-        file("fresh.csv"),
-        file("skills.tonus"),
-        file("out.csv"),
-    );
+    let [learnt, fresh, model, out] =
+        ["learnt.csv", "fresh.csv", "skills.tonus", "out.csv"].map(|name| folder.path().join(name));
     demonstrations(&learnt, 1);
     demonstrations(&fresh, 2);
     let recorded = json(&["info", text(&learnt)]);
@@ -183,16 +178,4 @@ fn skills_are_learnt_evaluated_and_inferred() {
     // A label that is given is believed, whatever was observed.
     arguments[2..=2].copy_from_slice(&["--label=late"]);
     assert_eq!(json(&arguments)["label"], "late");
-}
-
-#[test]
-fn every_verb_helps_with_an_example() {
-    for verb in ["demo", "envelope", "train", "eval", "infer", "info"] {
-        let help = tonus(&[verb, "--help"]);
-        assert!(
-            help.contains("Example") && help.contains(&format!("tonus {verb}")),
-            "{help}"
-        );
-        assert!(help.contains("--json"), "{verb} has no --json");
-    }
 }
