@@ -1,6 +1,6 @@
 //! What comes in, placed in device time: scans, hand, attitude of the upper arm.
 
-use crate::wire::ResetReason;
+use crate::wire::{QUATERNION_SLACK, ResetReason};
 
 /// A hand or attitude older than this counts as not seen, us.
 pub(super) const MAX_AGE_US: u64 = 100_000;
@@ -8,8 +8,6 @@ pub(super) const MAX_AGE_US: u64 = 100_000;
 const MAX_AHEAD_US: u64 = 100_000;
 /// A gap longer than this restarts the filters: what they remember is of another movement, us.
 const LONG_GAP_US: u64 = 100_000;
-/// How far the norm of a quaternion may lie from one, as on the wire.
-const QUATERNION_SLACK: f32 = 1e-3;
 
 /// Why an input was refused. It changed nothing.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -227,7 +225,8 @@ pub(super) fn checked_quaternion(xyzw: [f32; 4]) -> Result<(), InputError> {
     if !norm.is_finite() {
         return Err(InputError::NonFinite);
     }
-    if (norm - 1.0).abs() > QUATERNION_SLACK {
+    // The wire's own comparison, or its rounding could refuse what was accepted here.
+    if !(1.0 - QUATERNION_SLACK..=1.0 + QUATERNION_SLACK).contains(&norm) {
         return Err(InputError::NotUnit { norm });
     }
     Ok(())
