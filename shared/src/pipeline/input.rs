@@ -70,7 +70,7 @@ pub struct Health {
 pub(super) struct Placement {
     /// Scans missing before it.
     pub(super) missed: u32,
-    /// So many that the filters must start anew.
+    /// So long since the last one that the filters must start anew.
     pub(super) long_gap: bool,
 }
 
@@ -120,8 +120,9 @@ impl Scans {
             });
         }
         let missed = ahead - 1;
-        let long_gap = missed > 0 && acquired_us - newest_us > LONG_GAP_US;
-        if missed > 0 {
+        // Time is believed, whatever the index says: a board may lose scans without noticing.
+        let long_gap = acquired_us - newest_us > LONG_GAP_US;
+        if missed > 0 || long_gap {
             self.gaps = self.gaps.wrapping_add(1);
             self.missed = self.missed.wrapping_add(missed);
             self.forgotten_us = acquired_us.saturating_add(self.memory_us);

@@ -111,7 +111,7 @@ impl<const C: usize> Pipeline<C> {
         let settling = self.scans.settling();
         let refused = self.signals.step(&scan.counts, settling);
         self.inputs.refused = self.inputs.refused.wrapping_add(refused);
-        self.outbox.raw(scan, missed > 0);
+        self.outbox.raw(scan, missed > 0 || long_gap);
         let due = self.schedule.advance(missed);
         if due.stream {
             let stream = self.stream(scan.acquired_us);
