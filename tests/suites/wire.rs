@@ -295,7 +295,7 @@ fn documented_end(section: &str) -> usize {
         .skip(2)
         .take_while(|line| line.starts_with('|'))
         .map(|line| line.split('|').map(str::trim).collect::<Vec<_>>());
-    rows.filter(|row| row[3] != "").fold(0, |end, row| {
+    rows.filter(|row| !row[3].is_empty()).fold(0, |end, row| {
         let at = row[1]
             .strip_prefix("end - ")
             .map_or_else(|| row[1].parse(), |_| Ok(end));
