@@ -1,6 +1,7 @@
 //! The host: joins the wearable's packets with the hand's position, learns and recognises skills, and
 //! commands a robot as an impedance.
 
+pub mod atomic;
 pub mod demo;
 pub mod demonstration;
 pub mod envelope;
@@ -9,4 +10,5 @@ pub mod model;
 pub mod robot;
 pub mod session;
 pub mod simulate;
+pub mod store;
 pub mod table;

@@ -9,7 +9,7 @@
 //! A movement's start and duration are announced by [`Event::Began`]: an oracle (a cue, a foot switch),
 //! until onset and tempo are inferred too.
 
-use crate::model::recognise::{RecogniseError, Recogniser};
+use crate::model::recognise::{Prediction, RecogniseError, Recogniser};
 use crate::robot::command::{Command, Quality};
 use crate::robot::gate;
 use tonus_shared::semg::quality::Quality as ChannelQuality;
@@ -35,10 +35,13 @@ pub struct SessionConfig {
     pub stiffness_sigma: f64,
     /// Whether stiffness is observed at all.
     pub use_semg: bool,
-    /// Posterior probability at which a skill is acted on.
+    /// Posterior probability at which a skill counts as decided on.
     pub decide_at: f64,
     /// Observations of each sensor before anything is decided.
     pub decide_after: u32,
+    /// The robot holds while the standard deviation of where it should be, between and within the skills,
+    /// exceeds this on any axis, metres.
+    pub act_within_m: f64,
     /// Where the robot waits, its base frame, metres.
     pub home_m: [f64; 3],
     /// How stiff it is while it waits, N/m.
@@ -104,8 +107,6 @@ struct Movement {
     hands: u32,
     stiffnesses: u32,
     decision: Option<Decision>,
-    /// The skill acted on; later evidence may replace the decided one.
-    leader: Option<usize>,
 }
 
 impl Movement {
@@ -178,7 +179,6 @@ impl<'m> Session<'m> {
                     hands: 0,
                     stiffnesses: 0,
                     decision: None,
-                    leader: None,
                 });
                 Ok(None)
             }
@@ -292,6 +292,18 @@ impl<'m> Session<'m> {
         Ok(())
     }
 
+    /// What the skills, weighted by their posteriors, expect of the robot.
+    fn expected(&mut self, phase: f64) -> Result<[Axis; 3], SessionError> {
+        let weights = self.posterior();
+        let mut dof = |name: usize| -> Result<Prediction, SessionError> {
+            let skills = 0..weights.len();
+            let of_skill = |skill| self.recogniser.predict(skill, self.dofs[name], phase);
+            let predictions = skills.map(of_skill).collect::<Result<Vec<_>, _>>()?;
+            Ok(mixed(&weights, &predictions))
+        };
+        Ok([(dof(6)?, dof(9)?), (dof(7)?, dof(10)?), (dof(8)?, dof(11)?)])
+    }
+
     fn decide(&mut self, now_us: u64) {
         let posterior = self.posterior();
         let Some(movement) = &mut self.movement else {
@@ -312,7 +324,6 @@ impl<'m> Session<'m> {
         let Some((skill, &posterior)) = best.filter(|(_, p)| **p >= self.config.decide_at) else {
             return;
         };
-        movement.leader = Some(skill);
         #[allow(clippy::cast_precision_loss, reason = "movements last seconds")]
         let after_s = now_us.saturating_sub(movement.began_us) as f64 * 1e-6;
         movement.decision.get_or_insert(Decision {
@@ -322,7 +333,9 @@ impl<'m> Session<'m> {
         });
     }
 
-    /// Home until a skill is acted on; then what that skill expects of the robot at this phase.
+    /// Home between movements; in one, what the skills together expect of the robot at this phase. They are
+    /// acted on as soon as they agree closely enough, which may be before any of them is decided on: the lifts
+    /// differ only once the object is grasped.
     fn command(
         &mut self,
         stream: &Stream,
@@ -341,14 +354,16 @@ impl<'m> Session<'m> {
             boot_id: frame.header.boot_id,
             quality: quality(stream),
         };
-        let acted_on = self.movement.and_then(|m| Some((m, m.leader?)));
-        if let Some((movement, skill)) = acted_on {
+        if let Some(movement) = self.movement {
             let phase = movement.phase(now_us);
             #[allow(clippy::cast_precision_loss, reason = "movements last seconds")]
             let duration_s = movement.duration_us as f64 * 1e-6;
-            for axis in 0..3 {
-                let place = self.recogniser.predict(skill, self.dofs[6 + axis], phase)?;
-                let firmness = self.recogniser.predict(skill, self.dofs[9 + axis], phase)?;
+            let robot = self.expected(phase)?;
+            let uncertain = (robot.iter()).any(|(place, _)| place.std > self.config.act_within_m);
+            if uncertain {
+                command.quality = command.quality.max(Quality::Undecided);
+            }
+            for (axis, (place, firmness)) in robot.into_iter().enumerate() {
                 command.position_m[axis] = place.mean;
                 command.velocity_m_per_s[axis] = place.rate / duration_s;
                 command.stiffness_n_per_m[axis] = firmness.mean;
@@ -356,6 +371,27 @@ impl<'m> Session<'m> {
         }
         self.commands = self.commands.wrapping_add(1);
         Ok(command)
+    }
+}
+
+/// Place and firmness of the robot on one axis.
+type Axis = (Prediction, Prediction);
+
+/// Moments of the mixture of `predictions` with `weights` that sum to one.
+fn mixed(weights: &[f64], predictions: &[Prediction]) -> Prediction {
+    let average = |of: fn(&Prediction) -> f64| -> f64 {
+        weights
+            .iter()
+            .zip(predictions)
+            .map(|(w, p)| w * of(p))
+            .sum()
+    };
+    let mean = average(|p| p.mean);
+    let square = average(|p| p.std * p.std + p.mean * p.mean);
+    Prediction {
+        mean,
+        std: (square - mean * mean).max(0.0).sqrt(),
+        rate: average(|p| p.rate),
     }
 }
 

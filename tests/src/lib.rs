@@ -1,8 +1,10 @@
 //! Where the suites find reference values and real recordings, and how they read them.
 
 pub mod frames;
+mod program;
 pub mod wearer;
 
+pub use program::program;
 use std::path::PathBuf;
 
 /// The folder with `data` and `reference` beside the project, or what `TONUS_DATA` names.

@@ -6,9 +6,9 @@ use std::ops::ControlFlow;
 use anyhow::bail;
 use tonus::demo::{self, DemoConfig, Report};
 
-use super::UsageError;
 use super::progress::Progress;
 use super::view::View;
+use super::{UsageError, say};
 
 const EXAMPLE: &str = "Examples:
   tonus demo                            watch it in the terminal (q or Ctrl-C ends it)
@@ -20,7 +20,7 @@ packets (sent, lost, corrupt), latency_ms (p50, p99). Start and duration of each
 recogniser; latency is virtual time from the newest scan to the command.";
 
 /// Watch the whole chain work on simulated people: learn, recognise, follow.
-#[derive(clap::Args)]
+#[derive(clap::Args, Default, PartialEq)]
 #[command(after_help = EXAMPLE)]
 pub(crate) struct DemoArgs {
     /// Run as fast as possible without the terminal view (the default where there is no terminal).
@@ -29,20 +29,9 @@ pub(crate) struct DemoArgs {
     /// End the run after this much of its time, seconds.
     #[arg(long, value_name = "N")]
     seconds: Option<f64>,
-    /// Everything random follows from it.
-    #[arg(long, value_name = "S", default_value_t = DemoConfig::default().seed)]
-    seed: u64,
-}
-
-impl Default for DemoArgs {
-    /// As without any option.
-    fn default() -> Self {
-        Self {
-            headless: false,
-            seconds: None,
-            seed: DemoConfig::default().seed,
-        }
-    }
+    /// Everything random follows from it [default: 1].
+    #[arg(long, value_name = "S")]
+    seed: Option<u64>,
 }
 
 impl DemoArgs {
@@ -50,10 +39,11 @@ impl DemoArgs {
         if self.seconds.is_some_and(|s| !(s.is_finite() && s > 0.0)) {
             bail!(UsageError("--seconds takes a number above zero"));
         }
+        let default = DemoConfig::default();
         let config = DemoConfig {
-            seed: self.seed,
+            seed: self.seed.unwrap_or(default.seed),
             seconds: self.seconds,
-            ..DemoConfig::default()
+            ..default
         };
         let live = !self.headless && !json && stdin().is_terminal() && stdout().is_terminal();
         let visible = !json && stderr().is_terminal();
@@ -75,11 +65,10 @@ impl DemoArgs {
             report?
         };
         if json {
-            println!("{}", serde_json::to_string_pretty(&report)?);
+            say(&format!("{}\n", serde_json::to_string_pretty(&report)?))
         } else {
-            print!("{}", text(&report));
+            say(&text(&report))
         }
-        Ok(())
     }
 }
 
@@ -117,7 +106,7 @@ fn text(report: &Report) -> String {
     if let (Some(stiffness), Some(path_m)) = (report.stiffness_nrmse, report.robot_rmse_m) {
         let _infallible = writeln!(
             out,
-            "robot, after decision  {:.1} mm from where it should be, stiffness within {:.1} % of its range (RMS)",
+            "robot                 {:.1} mm from where it should be, stiffness within {:.1} % of its range (RMS)",
             path_m * 1e3,
             stiffness * 100.0,
         );

@@ -10,7 +10,7 @@ use tonus_shared::semg::chain::{Chain, ChainConfig, ChainState, Conditioner, Not
 use tonus_shared::semg::design::Mains;
 use tonus_shared::semg::smoother::Smoother;
 
-use super::{UsageError, write_atomically};
+use super::{UsageError, say, write_atomically};
 
 /// Pole sharpness of `--notch`: a 50 Hz notch is then 1.7 Hz wide.
 const NOTCH_Q: f64 = 30.0;
@@ -99,18 +99,17 @@ impl EnvelopeArgs {
                 "input": self.input, "output": self.output, "channels": channels,
                 "samples": table.rows(), "rate_hz": self.rate, "delay_s": delay_s,
             });
-            println!("{summary}");
+            say(&format!("{summary}\n"))
         } else {
-            println!(
-                "{}: {} samples of {} at {} Hz; each value describes the muscle {:.1} ms earlier",
+            say(&format!(
+                "{}: {} samples of {} at {} Hz; each value describes the muscle {:.1} ms earlier\n",
                 self.output.display(),
                 table.rows(),
                 channels.join(", "),
                 self.rate,
                 delay_s * 1e3,
-            );
+            ))
         }
-        Ok(())
     }
 
     /// Envelope and its delay, s. Offline forms lag nothing when zero-phase.

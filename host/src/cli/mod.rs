@@ -4,14 +4,19 @@
 
 mod demo;
 mod envelope;
+mod eval;
+mod infer;
+mod info;
+mod options;
 mod progress;
+mod train;
 mod view;
 
 use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use clap::{Parser, Subcommand};
 
 /// Recognise what a person does and how firmly, and let a robot follow as an impedance.
@@ -27,6 +32,8 @@ struct Tonus {
     /// Print one JSON document instead of text.
     #[arg(long, global = true)]
     json: bool,
+    #[command(flatten)]
+    demo: demo::DemoArgs,
     #[command(subcommand)]
     verb: Option<Verb>,
 }
@@ -35,22 +42,19 @@ struct Tonus {
 enum Verb {
     Demo(demo::DemoArgs),
     Envelope(envelope::EnvelopeArgs),
+    Eval(eval::EvalArgs),
+    Infer(infer::InferArgs),
+    Info(info::InfoArgs),
+    Train(train::TrainArgs),
 }
 
 /// Parses the command line and runs the verb.
 pub(crate) fn main() -> ExitCode {
-    let Tonus { json, verb } = Tonus::parse();
-    let outcome = match verb {
-        Some(Verb::Demo(args)) => args.run(json),
-        Some(Verb::Envelope(args)) => args.run(json),
-        None => demo::DemoArgs::default().run(json),
-    };
-    match outcome {
+    match run(Tonus::parse()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("tonus: {error:#}");
-            let usage = error.is::<UsageError>();
-            if usage {
+            if error.is::<UsageError>() {
                 ExitCode::from(2)
             } else {
                 ExitCode::FAILURE
@@ -59,23 +63,40 @@ pub(crate) fn main() -> ExitCode {
     }
 }
 
+fn run(Tonus { json, demo, verb }: Tonus) -> anyhow::Result<()> {
+    let Some(verb) = verb else {
+        return demo.run(json);
+    };
+    if demo != demo::DemoArgs::default() {
+        bail!(UsageError(
+            "options of demo stand behind it, or alone without a verb"
+        ));
+    }
+    match verb {
+        Verb::Demo(args) => args.run(json),
+        Verb::Envelope(args) => args.run(json),
+        Verb::Eval(args) => args.run(json),
+        Verb::Infer(args) => args.run(json),
+        Verb::Info(args) => args.run(json),
+        Verb::Train(args) => args.run(json),
+    }
+}
+
 /// Options that parse one by one and make no sense together.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}; see --help")]
 pub(crate) struct UsageError(pub(crate) &'static str);
 
+/// Prints to standard output. A reader that went away is no error.
+pub(crate) fn say(text: &str) -> anyhow::Result<()> {
+    match std::io::stdout().write_all(text.as_bytes()) {
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        outcome => outcome.context("standard output"),
+    }
+}
+
 /// Writes a file so that an interruption leaves the old one or the new one, never half of one.
 pub(crate) fn write_atomically(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    let write = || {
-        let mut file = tempfile::NamedTempFile::new_in(folder)?;
-        file.write_all(bytes)?;
-        file.as_file().sync_all()?;
-        file.persist(path).map_err(|failed| failed.error)?;
-        Ok::<(), std::io::Error>(())
-    };
-    write().with_context(|| format!("{}: cannot be written", path.display()))
+    tonus::atomic::write(path, bytes)
+        .with_context(|| format!("{}: cannot be written", path.display()))
 }

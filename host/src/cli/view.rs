@@ -103,7 +103,7 @@ fn action(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot<'_>) {
 }
 
 fn envelopes(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot<'_>) {
-    let names = ["biceps s", "biceps l", "triceps l", "triceps L"];
+    let names = ["biceps short", "biceps long", "triceps lat", "triceps long"];
     let values = snapshot.stream.map_or([0.0; 8], |stream| stream.envelopes);
     let bars = names.iter().zip(values).map(|(name, value)| {
         let share = percent(f64::from(value));

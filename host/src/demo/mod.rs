@@ -140,9 +140,9 @@ pub struct Report {
     pub total: usize,
     /// Share of the three lifts recognised at their end from positions alone; none if none was performed.
     pub accuracy_without_semg: Option<f64>,
-    /// Error of the stiffness that the robot was set to, over the true range, from decision to end.
+    /// Error of the stiffness that the robot was set to, over its true range, while people moved.
     pub stiffness_nrmse: Option<f64>,
-    /// Distance of the simulated robot from where it should have been, from decision to end, metres.
+    /// Distance of the simulated robot from where it should have been, while people moved, metres.
     pub robot_rmse_m: Option<f64>,
     /// Packets of the run.
     pub packets: Packets,
@@ -205,6 +205,7 @@ fn session_config(use_semg: bool) -> SessionConfig {
         use_semg,
         decide_at: 0.95,
         decide_after: 2,
+        act_within_m: 0.06,
         home_m: HOME_M,
         home_stiffness_n_per_m: Fallback::default().stiffness_n_per_m,
         damping_ratio: 1.0,

@@ -63,7 +63,7 @@ impl Range {
     }
 }
 
-/// The robot against what the script wanted of it, while it acted on a decision.
+/// The robot against what the script wanted of it, while the person moved.
 #[derive(Debug, Clone)]
 pub(super) struct Following {
     distance_m: SquaredError,

@@ -22,7 +22,7 @@ pub enum ReadError {
     #[error(transparent)]
     Table(#[from] TableError),
     /// A run of rows that is no demonstration.
-    #[error("{}:{line}: the run of `{label}` that starts here: {source}; exclude the label or mend the rows", file.display())]
+    #[error("{}:{line}: the run of `{label}` that starts here: {reason}; exclude the label or mend the rows", file.display())]
     Run {
         /// The file.
         file: PathBuf,
@@ -31,7 +31,7 @@ pub enum ReadError {
         /// Its label.
         label: String,
         /// What is wrong with it.
-        source: DemonstrationError,
+        reason: DemonstrationError,
     },
     /// Every label is excluded.
     #[error("{}: no demonstrations left: its labels are {}", file.display(), labels.join(", "))]
@@ -118,10 +118,10 @@ fn run(
             }
         }
     }
-    Demonstration::new(label, trial, table.file(), t_s, values).map_err(|source| ReadError::Run {
+    Demonstration::new(label, trial, table.file(), t_s, values).map_err(|reason| ReadError::Run {
         file: table.file().to_owned(),
         line: table.place(rows.start, "label").line,
         label: label.to_owned(),
-        source,
+        reason,
     })
 }

@@ -86,14 +86,14 @@ pub enum EvaluateError {
         got: usize,
     },
     /// A value without a logarithm.
-    #[error("{}: `{label}`: {source}", file.display())]
+    #[error("{}: `{label}`: {reason}", file.display())]
     NotPositive {
         /// The file.
         file: PathBuf,
         /// The demonstration's label.
         label: String,
         /// The DoF and the value.
-        source: NotPositive,
+        reason: NotPositive,
     },
     /// An observation that inference refused.
     #[error(transparent)]
@@ -379,10 +379,10 @@ fn observe(
         let Some(mut observation) = model
             .observation(index, phase, value, std)
             .transpose()
-            .map_err(|source| EvaluateError::NotPositive {
+            .map_err(|reason| EvaluateError::NotPositive {
                 file: demonstration.file().to_owned(),
                 label: demonstration.label().to_owned(),
-                source,
+                reason,
             })?
         else {
             continue;

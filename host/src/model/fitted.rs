@@ -147,10 +147,14 @@ impl Model {
         let widths = model.widths()?;
         same(
             "the weight means",
-            skills * widths.mean,
+            skills.saturating_mul(widths.mean),
             model.0.weight_means.len(),
         )?;
-        same("the roots", skills * widths.root, model.0.roots.len())?;
+        same(
+            "the roots",
+            skills.saturating_mul(widths.root),
+            model.0.roots.len(),
+        )?;
         model.view()?.mixture()?;
         Ok(model)
     }

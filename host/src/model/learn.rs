@@ -56,7 +56,7 @@ pub enum LearnError {
         needed: usize,
     },
     /// A value without a logarithm.
-    #[error("{}: `{label}` at {time_s} s: {source}", file.display())]
+    #[error("{}: `{label}` at {time_s} s: {reason}", file.display())]
     NotPositive {
         /// The file it comes from.
         file: PathBuf,
@@ -65,7 +65,7 @@ pub enum LearnError {
         /// The time, seconds.
         time_s: f64,
         /// The DoF and the value.
-        source: NotPositive,
+        reason: NotPositive,
     },
     /// A DoF that is the same everywhere.
     #[error("DoF `{dof}` is {value} in every demonstration: leave it out")]
@@ -249,11 +249,11 @@ fn encode(
         let encoded = series.map(|(values, dof)| {
             let samples = values.iter().zip(demonstration.t_s());
             let samples = samples.map(|(&value, &time_s)| {
-                dof.encode(value).map_err(|source| LearnError::NotPositive {
+                dof.encode(value).map_err(|reason| LearnError::NotPositive {
                     file: demonstration.file().to_owned(),
                     label: demonstration.label().to_owned(),
                     time_s,
-                    source,
+                    reason,
                 })
             });
             samples.collect::<Result<Vec<_>, _>>()

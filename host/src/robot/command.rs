@@ -3,10 +3,14 @@
 use thiserror::Error;
 
 /// Whether the signals and the model behind a command can be trusted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+///
+/// In order of gravity: the greater of two reasons is the one to report.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Quality {
     /// Signals are sound and the motion is one that the model knows.
     Good,
+    /// The model does not yet know what to ask of the robot: its uncertainty is too large to act on.
+    Undecided,
     /// The novelty gate found the motion outside the model.
     Novel,
     /// A channel is saturated, flat, off the skin, or drowned in hum.

@@ -1,0 +1,175 @@
+//! `tonus infer`: the rest of a movement from a few observed numbers.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use serde_json::{Map, Value, json};
+use tonus::model::Model;
+use tonus::store;
+use tonus_shared::promp::{Mixture, Order, Row, trajectory_scratch_len};
+
+use super::options::Instant;
+use super::{UsageError, options, say, write_atomically};
+
+/// Rows of the output.
+const SAMPLES: usize = 101;
+
+const EXAMPLE: &str = "Example:
+  tonus infer skills.safetensors --recognise --at 0.1 --observe x=0.42,y=-0.31 --at 0.3 --observe x=0.40 -o rest.csv
+
+Each --at is paired with the --observe of the same rank; any of the model's DoFs may be observed. OUT.csv has the columns
+`phase`, `t_s` (phase times the skill's mean duration) and, for each DoF, its mean and `<name>_std`.";
+
+/// Infer a whole movement from what was observed of it.
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLE, group = clap::ArgGroup::new("which").required(true))]
+pub(crate) struct InferArgs {
+    /// Model file.
+    #[arg(value_name = "MODEL")]
+    model: PathBuf,
+    /// The skill that is performed.
+    #[arg(long, value_name = "LABEL", group = "which")]
+    label: Option<String>,
+    /// Recognise the skill from the observations.
+    #[arg(long, group = "which")]
+    recognise: bool,
+    /// Phase of an observation, 0 (start) to 1 (end).
+    #[arg(long, value_name = "S", value_parser = options::phase)]
+    at: Vec<f64>,
+    /// What was observed there, in the DoFs' units.
+    #[arg(long, value_name = "NAME=VALUE,...", value_parser = options::instant)]
+    observe: Vec<Instant>,
+    /// Standard deviation of the observations, in each DoF's unit.
+    #[arg(long, value_name = "STD", value_parser = options::positive, default_value = "0.01")]
+    sigma: f64,
+    /// Trajectory to write.
+    #[arg(short, long, value_name = "OUT.csv")]
+    output: PathBuf,
+}
+
+impl InferArgs {
+    /// Observes, infers, writes, reports.
+    pub(crate) fn run(self, json: bool) -> anyhow::Result<()> {
+        if self.at.len() != self.observe.len() {
+            bail!(UsageError("give as many --at as --observe, in pairs"));
+        }
+        if self.recognise && self.at.is_empty() {
+            bail!(UsageError(
+                "--recognise needs at least one --at with --observe"
+            ));
+        }
+        let model = store::load(&self.model)?;
+        let known = self.label.as_deref().map(|label| self.skill(&model, label));
+        let known = known.transpose()?;
+        let view = model.view()?;
+        let mut mixture = view.mixture()?;
+        for (&phase, Instant(values)) in self.at.iter().zip(&self.observe) {
+            for (name, value) in values {
+                self.observe_one(&model, &mut mixture, (phase, name, *value))?;
+            }
+        }
+        let mut log_posterior = vec![0.0; model.labels().len()];
+        mixture.log_posterior(&mut log_posterior)?;
+        let skill = known.unwrap_or_else(|| mixture.most_likely());
+        write_trajectory(&self.output, &model, &mixture, skill)?;
+        let label = &model.labels()[skill];
+        let probabilities = model.labels().iter().zip(&log_posterior);
+        if json {
+            let of = |map: fn(f64) -> f64| -> Map<String, Value> {
+                let pairs = probabilities.clone();
+                pairs
+                    .map(|(label, log)| (label.clone(), json!(map(*log))))
+                    .collect()
+            };
+            let summary = json!({
+                "label": label,
+                "recognised": self.recognise,
+                "posterior": of(libm::exp),
+                "log_posterior": of(|log| log),
+                "duration_s": model.durations()[skill].mean_s,
+                "output": self.output,
+                "rows": SAMPLES,
+            });
+            return say(&format!("{summary}\n"));
+        }
+        let mut text = format!("{}: {SAMPLES} rows of `{label}`\n", self.output.display());
+        if self.recognise {
+            for (label, log) in probabilities {
+                text += &format!("  {label}: {:.4}\n", libm::exp(*log));
+            }
+        }
+        say(&text)
+    }
+
+    fn skill(&self, model: &Model, label: &str) -> anyhow::Result<usize> {
+        model.skill(label).with_context(|| {
+            let known = model.labels().join(", ");
+            format!(
+                "{}: no skill `{label}`; present: {known}",
+                self.model.display()
+            )
+        })
+    }
+
+    fn observe_one(
+        &self,
+        model: &Model,
+        mixture: &mut Mixture<'_, f64, Vec<f64>>,
+        (phase, name, value): (f64, &str, f64),
+    ) -> anyhow::Result<()> {
+        let names = || {
+            let names: Vec<_> = model.dofs().iter().map(|dof| dof.name.as_str()).collect();
+            format!(
+                "{}: no DoF `{name}`; present: {}",
+                self.model.display(),
+                names.join(", ")
+            )
+        };
+        let dof = model.dof(name).with_context(names)?;
+        let observation = model
+            .observation(dof, phase, value, self.sigma)
+            .with_context(names)?;
+        let observation = observation.with_context(|| format!("--observe {name}={value}"))?;
+        mixture
+            .observe(&observation)
+            .with_context(|| format!("--at {phase} --observe {name}={value}"))
+    }
+}
+
+fn write_trajectory(
+    path: &Path,
+    model: &Model,
+    mixture: &Mixture<'_, f64, Vec<f64>>,
+    skill: usize,
+) -> anyhow::Result<()> {
+    let latent = mixture.latent();
+    let trajectory = mixture.trajectory(skill).context("no such skill")?;
+    let mut scratch = vec![0.0; trajectory_scratch_len(latent.basis().count(), latent.rank())];
+    let duration_s = model.durations()[skill].mean_s;
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let names = model
+        .dofs()
+        .iter()
+        .flat_map(|dof| [dof.name.clone(), format!("{}_std", dof.name)]);
+    writer.write_record(
+        ["phase".to_owned(), "t_s".to_owned()]
+            .into_iter()
+            .chain(names),
+    )?;
+    for sample in 0..SAMPLES {
+        let phase = sample as f64 / (SAMPLES - 1) as f64;
+        let mut record = vec![phase.to_string(), (phase * duration_s).to_string()];
+        for (index, dof) in model.dofs().iter().enumerate() {
+            let row = Row {
+                dof: index,
+                order: Order::Position,
+                phase,
+            };
+            let moments = trajectory.moments(&row, &mut scratch)?;
+            let (mean, std) = dof.decode(moments.mean, moments.variance);
+            record.extend([mean.to_string(), std.to_string()]);
+        }
+        writer.write_record(&record)?;
+    }
+    write_atomically(path, &writer.into_inner()?)
+}

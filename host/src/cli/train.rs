@@ -1,0 +1,94 @@
+//! `tonus train`: a model from demonstrations.
+
+use std::path::PathBuf;
+
+use serde_json::json;
+use tonus::demonstration::Demonstration;
+use tonus::model::{Dof, Hyperparameters, HyperparametersError, learn};
+use tonus::store;
+use tonus_shared::promp::Basis;
+
+use super::progress::Progress;
+use super::{UsageError, options, say};
+
+const EXAMPLE: &str = "Example:
+  tonus train lifts.csv pushes.csv -o skills.safetensors --dofs x,y,z,kz:N/m:log --basis gaussian:20
+
+A demonstration is a contiguous run of rows with one `label` in one `trial`; `t_s` must strictly increase in it.
+Sampling may be irregular; a row with an empty cell in a chosen column is a gap. A demonstration with fewer samples
+than basis functions is fitted by the smallest weights that pass near its samples (--ridge).";
+
+/// Learn skills from demonstrations in CSV files.
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLE)]
+pub(crate) struct TrainArgs {
+    /// Demonstrations, with columns `t_s`, `label`, `trial` and those of --dofs.
+    #[arg(value_name = "DEMOS.csv", required = true)]
+    files: Vec<PathBuf>,
+    /// Model file to write (safetensors).
+    #[arg(short, long, value_name = "MODEL")]
+    output: PathBuf,
+    /// Columns to learn, as NAME, NAME:UNIT or NAME:UNIT:log (for what is positive); metres if no unit is given.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = options::dof, default_value = "x,y,z")]
+    dofs: Vec<Dof>,
+    /// gaussian:K (strokes), fourier:K (periodic, K odd) or bernstein:K.
+    #[arg(long, value_name = "FAMILY:K", value_parser = options::basis, default_value = "gaussian:20")]
+    basis: Basis,
+    /// Labels that are no skills.
+    #[arg(
+        long,
+        value_name = "LABELS",
+        value_delimiter = ',',
+        default_value = "none,idle"
+    )]
+    exclude: Vec<String>,
+    /// Penalty on squared weights, DoFs scaled to unit variance.
+    #[arg(long, value_name = "R", value_parser = options::positive, default_value = "0.001")]
+    ridge: f64,
+    /// Standard deviation of where a new person may stand, metres: a constant offset of every position that the
+    /// demonstrations do not show. 0.1 or 0.2 serves recognition across people; it blurs prediction of one DoF from
+    /// another.
+    #[arg(long, value_name = "M", value_parser = options::not_negative, default_value = "0")]
+    placement_m: f64,
+}
+
+impl TrainArgs {
+    /// Reads, learns, writes, reports.
+    pub(crate) fn run(self, json: bool) -> anyhow::Result<()> {
+        let hyperparameters = Hyperparameters {
+            ridge: self.ridge,
+            placement_m: self.placement_m,
+            ..Hyperparameters::new(self.dofs, self.basis)
+        };
+        let valid = hyperparameters.check().map_err(|error| match error {
+            HyperparametersError::SameName { .. } => {
+                anyhow::Error::new(UsageError("--dofs names a column twice"))
+            }
+            other => other.into(),
+        })?;
+        let progress = Progress::spinner("learning", !json);
+        let given = valid.get();
+        let demonstrations = options::demonstrations(&self.files, &given.dofs, &self.exclude)?;
+        let model = learn(&demonstrations, &valid)?;
+        store::save(&model, &self.output)?;
+        progress.finish();
+        let functions = given.basis.count();
+        let short = |demonstration: &&Demonstration| demonstration.t_s().len() < functions;
+        let sparse = demonstrations.iter().filter(short).count();
+        if json {
+            let mut summary = super::info::model_summary(&model);
+            summary["model"] = json!(self.output);
+            summary["demonstrations"] = json!(demonstrations.len());
+            summary["with_fewer_samples_than_functions"] = json!(sparse);
+            return say(&format!("{summary}\n"));
+        }
+        let mut text = super::info::model_text(&model);
+        if sparse > 0 {
+            text += &format!(
+                "{sparse} of {} demonstrations have fewer samples than the {functions} basis functions\n",
+                demonstrations.len()
+            );
+        }
+        say(&format!("{}: {text}", self.output.display()))
+    }
+}
