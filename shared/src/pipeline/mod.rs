@@ -100,6 +100,10 @@ impl<const C: usize> Pipeline<C> {
     /// missing scans are counted, the stream keeps its 10 ms grid and carries [`StreamFlags::GAP`] until the filters
     /// have forgotten. A gap of over 0.1 s restarts the filters, and the activation is held until they have settled.
     ///
+    /// **Start.** The filters start as if the first scan had always been there, so the activation rises from rest
+    /// within about four delays of the chain (0.3 s by default), and no flag says so: whoever acts on the stream waits that long
+    /// after a new boot id.
+    ///
     /// # Errors
     /// [`InputError`] for a scan that is not newer than the last; it is counted and changes nothing.
     pub fn push_scan(&mut self, scan: &Scan<C>) -> Result<(), InputError> {
