@@ -56,11 +56,12 @@ ROOMS = {
     "host/src": ("tonus", {
         "lib": ANY,
         "main": ANY,
+        "atomic": set(),
         "table": set(),
         "envelope": set(),
         "demonstration": {"table"},
         "model": {"demonstration"},
-        "store": {"model"},
+        "store": {"atomic", "model"},
         "link": set(),
         "robot": set(),
         "simulate": {"link", "robot", "demonstration"},
