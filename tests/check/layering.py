@@ -56,6 +56,7 @@ ROOMS = {
     "host/src": ("tonus", {
         "lib": ANY,
         "main": ANY,
+        "atomic": set(),
         "table": set(),
         "atomic": set(),
         "envelope": set(),
