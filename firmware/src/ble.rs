@@ -11,7 +11,7 @@ use bt_hci::{
 use embassy_futures::select::{Either, select};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_time::{Duration, with_timeout};
-use tonus_shared::{gatt, wire::STREAM_FRAME_BYTES};
+use tonus_shared::{gatt, wire::MIN_ATT_MTU};
 use trouble_host::{
     Address, BleHostError, Controller, Error, HostResources, IoCapabilities, Stack,
     advertise::{
@@ -30,9 +30,6 @@ use trouble_host::{
 
 use crate::outbox::{EncodedFrame, Outbox};
 
-/// Smallest attribute MTU accepted: a notification adds three bytes to its frame, which must arrive whole.
-const MTU_MIN: u16 = 100;
-const _: () = assert!(STREAM_FRAME_BYTES + 3 <= MTU_MIN as usize);
 /// Longest connection interval that the stream is sent over: a notification may wait for just over two of them.
 const INTERVAL_LIMIT: Duration = Duration::from_millis(20);
 /// The connection interval asked for.
@@ -291,9 +288,9 @@ async fn send(
 
 /// Whether a link carries frames whole and in time.
 fn admit(att_mtu: u16, interval: Duration) -> Result<(), Withheld> {
-    if att_mtu < MTU_MIN {
+    if att_mtu < MIN_ATT_MTU {
         return Err(Withheld::MtuTooSmall {
-            needed: MTU_MIN,
+            needed: MIN_ATT_MTU,
             negotiated: att_mtu,
         });
     }

@@ -110,6 +110,89 @@ fn a_bad_channel_keeps_its_last_good_value() {
     }
 }
 
+/// An electrode that comes off and floats: 20 mV of hum, which only a whole block of half a second proves. What the
+/// hum did to the envelope until then must not be what is held.
+#[test]
+fn a_fault_found_late_does_not_leave_its_own_value() {
+    for cut_ms in [2_000, 2_100, 2_250, 2_400, 2_490] {
+        let mut wearer = Wearer::<4>::new(&config(1_000.0));
+        let mut packets = Vec::new();
+        for n in 0..6_000_u32 {
+            let t_s = f64::from(n) / 1_000.0;
+            let signal = (5e3 * (2.0 * std::f64::consts::PI * 97.0 * t_s).sin()) as i32;
+            let hum = (2e5 * (2.0 * std::f64::consts::PI * 50.0 * t_s).sin()) as i32;
+            let first = if n < cut_ms { signal } else { hum };
+            packets.extend(streams(&wearer.push([first, signal, signal, signal])));
+        }
+        let held = |stream: &Stream| stream.flags.contains(StreamFlags::ACTIVATION_HELD);
+        let told = packets.iter().position(|(_, stream)| held(stream)).unwrap();
+        let after_ms = packets[told].0 / 1_000 - u64::from(cut_ms);
+        assert!(after_ms <= 1_000, "told after {after_ms} ms");
+        let [before, after] = [told - 1, told].map(|at| packets[at].1.stiffness_n_per_m[0]);
+        assert!(
+            (after / before).ln().abs() < 0.03,
+            "{before} to {after} N/m"
+        );
+        for (device_us, stream) in &packets[told..] {
+            assert!(held(stream));
+            assert!(
+                (stream.activation - 2.0).abs() < 0.05,
+                "cut at {cut_ms} ms: {} at {device_us}",
+                stream.activation
+            );
+        }
+    }
+}
+
+/// A converter that stops converting but goes on counting: held within 0.1 s.
+#[test]
+fn a_frozen_channel_is_held_within_a_tenth_of_a_second() {
+    for rate_hz in [200.0, 1_000.0, 2_000.0] {
+        let mut wearer = Wearer::<4>::new(&config(rate_hz));
+        wearer.run(1.33, 0.5e-3);
+        let frozen_us = wearer.time_us(wearer.index);
+        let mut held_us = None;
+        while held_us.is_none() && wearer.time_us(wearer.index) < frozen_us + 1_000_000 {
+            for (device_us, stream) in streams(&wearer.push([1_234; 4])) {
+                if stream.flags.contains(StreamFlags::ACTIVATION_HELD) {
+                    assert_eq!(stream.quality[..4].iter().map(|q| q.bits()).max(), Some(2));
+                    held_us = held_us.or(Some(device_us));
+                }
+            }
+        }
+        let after_us = held_us.unwrap() - frozen_us;
+        assert!(after_us <= 100_000, "{rate_hz} Hz: {after_us} us");
+    }
+}
+
+/// Device time that jumps while the index goes on: the board lost scans and did not notice.
+#[test]
+fn a_jump_in_time_alone_is_a_long_gap() {
+    let mut wearer = Wearer::<1>::new(&config(1_000.0));
+    wearer.run(1.0, 0.5e-3);
+    let mut frames = Vec::new();
+    for n in 0..1_000 {
+        let index = wearer.index + n;
+        wearer
+            .pipeline
+            .push_scan(&Scan {
+                index,
+                acquired_us: wearer.time_us(index) + 10_000_000,
+                counts: [(5e3 * (0.6 * f64::from(n)).sin()) as i32],
+            })
+            .unwrap();
+        frames.extend(take(&mut wearer.pipeline));
+    }
+    let (_, first) = streams(&frames)[0];
+    assert!(
+        first
+            .flags
+            .contains(StreamFlags::GAP.with(StreamFlags::ACTIVATION_HELD, true))
+    );
+    let status = last_status(&frames).unwrap();
+    assert_eq!((status.gaps, status.missed_scans), (1, 0));
+}
+
 /// Hand on a circle in front of the shoulder, lost for a second and found elsewhere.
 #[test]
 fn an_occlusion_does_not_step() {

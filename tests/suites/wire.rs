@@ -11,8 +11,9 @@ use std::process::{Command, Stdio};
 
 use serde_json::{Value, json};
 use tonus_shared::wire::{
-    Configuration, HandPosition, Inference, Muscle, Orientation, Packet, Ping, RawSemg,
-    ResetReason, SkillPosterior, Status, Stream, StreamFlags, TABLE, decode,
+    CRC_BYTES, Configuration, HEADER_BYTES, HandPosition, Inference, MAX_RAW_COUNTS, Muscle,
+    Orientation, Packet, Ping, RawSemg, ResetReason, SkillPosterior, Status, Stream, StreamFlags,
+    TABLE, decode,
 };
 use tonus_tests::frames::{HEADER, bytes_of, golden, quality};
 
@@ -264,6 +265,114 @@ fn the_page_names_every_size() {
         };
         let line = format!("| {} | {} | {bytes} |", row.kind as u8, row.name);
         assert!(page.contains(&line), "docs/wire.md lacks `{line}`");
+    }
+}
+
+/// Bytes of a field of the page's tables; a list of counts is as long as the packet holds.
+fn field_bytes(kind: &str) -> usize {
+    match kind {
+        "u8" => 1,
+        "u16" => 2,
+        "u32" | "i32" | "f32" => 4,
+        "u64" => 8,
+        "i24 each" => 3 * MAX_RAW_COUNTS,
+        "8 bytes" => 8,
+        "4 x (u8, f32)" => 4 * (1 + 4),
+        list => {
+            let (count, each) = list
+                .split_once(" x ")
+                .unwrap_or_else(|| panic!("`{list}`?"));
+            count.parse::<usize>().unwrap() * field_bytes(each)
+        }
+    }
+}
+
+/// Where the fields of one section of the page end, each beginning where the last ended.
+fn documented_end(section: &str) -> usize {
+    let rows = section
+        .lines()
+        .skip_while(|line| !line.starts_with("| byte | field | type |"))
+        .skip(2)
+        .take_while(|line| line.starts_with('|'))
+        .map(|line| line.split('|').map(str::trim).collect::<Vec<_>>());
+    rows.filter(|row| !row[3].is_empty()).fold(0, |end, row| {
+        let at = row[1]
+            .strip_prefix("end - ")
+            .map_or_else(|| row[1].parse(), |_| Ok(end));
+        assert_eq!(
+            at,
+            Ok(end),
+            "`{}` does not follow the field before it",
+            row[2]
+        );
+        end + field_bytes(row[3])
+    })
+}
+
+#[test]
+fn the_page_describes_every_byte() {
+    let page = include_str!("../../docs/wire.md");
+    assert_eq!(documented_end(page), HEADER_BYTES + CRC_BYTES, "header");
+    for row in TABLE {
+        let title = format!("\n## {} {}\n", row.kind as u8, row.name);
+        let (_, section) = page.split_once(&title).unwrap();
+        assert_eq!(documented_end(section), row.payload_max, "{}", row.name);
+    }
+}
+
+/// The golden frames show three flags; here each bit by itself must have the name that page and decoder give it.
+#[test]
+fn every_flag_and_reset_reason_has_its_documented_number() {
+    let page = include_str!("../../docs/wire.md");
+    let flags = [
+        (StreamFlags::HAND_SEEN, "hand_seen"),
+        (StreamFlags::ORIENTATION_SEEN, "orientation_seen"),
+        (StreamFlags::GAP, "gap"),
+        (StreamFlags::POSTURE_CLAMPED, "posture_clamped"),
+        (StreamFlags::STIFFNESS_HELD, "stiffness_held"),
+        (StreamFlags::ACTIVATION_HELD, "activation_held"),
+        (StreamFlags::BLENDING, "blending"),
+        (StreamFlags::NEAR_SINGULAR, "near_singular"),
+    ];
+    let resets = [
+        (ResetReason::Unknown, "unknown"),
+        (ResetReason::PowerOn, "power_on"),
+        (ResetReason::Pin, "pin"),
+        (ResetReason::Watchdog, "watchdog"),
+        (ResetReason::Software, "software"),
+        (ResetReason::Lockup, "lockup"),
+        (ResetReason::Wake, "wake"),
+    ];
+    let (mut lines, mut expected) = (String::new(), Vec::new());
+    let mut send = |packet: &Packet, key: &'static str, value: Value| {
+        for byte in bytes_of(&HEADER, packet).unwrap() {
+            lines.push_str(&format!("{byte:02x}"));
+        }
+        lines.push('\n');
+        expected.push((key, value));
+    };
+    for (flag, name) in flags {
+        let row = format!("| {} | {name} |", flag.bits().trailing_zeros());
+        assert!(page.contains(&row), "docs/wire.md lacks `{row}`");
+        let Packet::Stream(mut stream) = golden_stream() else {
+            unreachable!()
+        };
+        stream.flags = flag;
+        send(&Packet::Stream(stream), "flags", json!([name]));
+    }
+    for (reset_reason, name) in resets {
+        let told = format!("{} {}", reset_reason as u8, name.replace('_', " "));
+        assert!(page.contains(&told), "docs/wire.md lacks `{told}`");
+        let Some(Packet::Status(mut status)) = golden_packets().pop() else {
+            unreachable!()
+        };
+        status.reset_reason = reset_reason;
+        send(&Packet::Status(status), "reset_reason", json!(name));
+    }
+    let printed = python(&["../docs/wire_decode.py"], &lines);
+    assert_eq!(printed.lines().count(), expected.len());
+    for (line, (key, value)) in printed.lines().zip(expected) {
+        assert_eq!(serde_json::from_str::<Value>(line).unwrap()[key], value);
     }
 }
 

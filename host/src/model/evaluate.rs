@@ -3,7 +3,10 @@
 //! **The duration is an oracle here.** A demonstration is looked at by phase, time since its start over its
 //! known duration, which nobody knows while a movement is going on.
 
-use std::collections::BTreeMap;
+mod outcomes;
+
+pub use outcomes::{Evaluation, Outcome};
+
 use std::path::PathBuf;
 
 use rand::SeedableRng;
@@ -13,7 +16,7 @@ use tonus_shared::promp::{
     ConditionError, Mixture, ModelError, Order, Row, RowError, trajectory_scratch_len,
 };
 
-use super::{Dof, LearnError, Model, NotPositive, Valid, learn};
+use super::{LearnError, Model, NotPositive, Valid, learn};
 use crate::demonstration::Demonstration;
 
 /// What is observed of each demonstration, and how.
@@ -116,80 +119,6 @@ pub enum EvaluateError {
     },
 }
 
-/// What came of one demonstration.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Outcome {
-    /// Its label.
-    pub label: String,
-    /// The most probable label.
-    pub recognised: String,
-    /// Natural logarithm of the probability that the model gave its own label.
-    pub log_probability: f64,
-    /// Sum over the unobserved samples of the squared error of the recognised skill's prediction, per DoF, in its
-    /// unit squared.
-    pub squared_error: Vec<f64>,
-    /// How many samples that is.
-    pub unobserved: usize,
-}
-
-/// Outcomes, added up.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Evaluation {
-    /// All labels that occur, sorted.
-    pub labels: Vec<String>,
-    /// One per demonstration, in their order.
-    pub outcomes: Vec<Outcome>,
-    dofs: Vec<Dof>,
-}
-
-impl Evaluation {
-    /// How many were recognised as what they are.
-    #[must_use]
-    pub fn correct(&self) -> usize {
-        let right = |outcome: &&Outcome| outcome.label == outcome.recognised;
-        self.outcomes.iter().filter(right).count()
-    }
-
-    /// How many there were, at least 1.
-    #[must_use]
-    pub fn total(&self) -> usize {
-        self.outcomes.len()
-    }
-
-    /// Mean of minus the log probability given to the right label, nats.
-    #[must_use]
-    pub fn log_loss(&self) -> f64 {
-        let sum: f64 = self.outcomes.iter().map(|o| -o.log_probability).sum();
-        sum / self.total() as f64
-    }
-
-    /// `[performed][recognised]`, counts, indices into [`Evaluation::labels`].
-    #[must_use]
-    pub fn confusion(&self) -> Vec<Vec<usize>> {
-        let index: BTreeMap<&str, usize> =
-            self.labels.iter().map(String::as_str).zip(0..).collect();
-        let mut counts = vec![vec![0; self.labels.len()]; self.labels.len()];
-        for outcome in &self.outcomes {
-            let performed = index.get(outcome.label.as_str());
-            let recognised = index.get(outcome.recognised.as_str());
-            if let (Some(&row), Some(&column)) = (performed, recognised) {
-                counts[row][column] += 1;
-            }
-        }
-        counts
-    }
-
-    /// Each DoF with the root mean squared error over all unobserved samples, in its unit; `None` if all was observed.
-    pub fn rmse(&self) -> impl Iterator<Item = (&Dof, Option<f64>)> {
-        let samples: usize = self.outcomes.iter().map(|o| o.unobserved).sum();
-        self.dofs.iter().enumerate().map(move |(index, dof)| {
-            let sum: f64 = self.outcomes.iter().map(|o| o.squared_error[index]).sum();
-            let mean = (samples > 0).then(|| libm::sqrt(sum / samples as f64));
-            (dof, mean)
-        })
-    }
-}
-
 impl Protocol {
     fn check(&self) -> Result<(), EvaluateError> {
         let numbers = [
@@ -263,7 +192,7 @@ pub fn evaluate(
         outcome(model, &mut mixture, demonstration, protocol, &mut noise)
     });
     let outcomes = outcomes.collect::<Result<Vec<_>, _>>()?;
-    collected(outcomes, model.dofs())
+    Evaluation::of(outcomes, model.dofs()).ok_or(EvaluateError::None)
 }
 
 /// Learns without each demonstration in turn and evaluates on that one. `done` is told how many are done.
@@ -298,22 +227,7 @@ pub fn leave_one_out(
         )?);
         done(index + 1);
     }
-    collected(outcomes, &valid.get().dofs)
-}
-
-fn collected(outcomes: Vec<Outcome>, dofs: &[Dof]) -> Result<Evaluation, EvaluateError> {
-    if outcomes.is_empty() {
-        return Err(EvaluateError::None);
-    }
-    let named = outcomes.iter().flat_map(|o| [&o.label, &o.recognised]);
-    let mut labels: Vec<String> = named.cloned().collect();
-    labels.sort_unstable();
-    labels.dedup();
-    Ok(Evaluation {
-        labels,
-        outcomes,
-        dofs: dofs.to_vec(),
-    })
+    Evaluation::of(outcomes, &valid.get().dofs).ok_or(EvaluateError::None)
 }
 
 /// Observes one demonstration with `mixture`, which is at its priors.

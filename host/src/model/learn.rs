@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use tonus_shared::promp::RowError;
 
+use super::placement::Placement;
 use super::shrinkage::{Scatter, Shares};
 use super::subspace::{Deviations, Subspace, SubspaceError, extended};
 use super::weights::{design, fit};
@@ -324,63 +325,8 @@ fn outside_variance(
 }
 
 /// `count` phases from 0 to 1.
-fn even(count: usize) -> impl Iterator<Item = f64> {
+pub(super) fn even(count: usize) -> impl Iterator<Item = f64> {
     (0..count).map(move |step| step as f64 / (count - 1) as f64)
-}
-
-/// Where somebody stands: a constant offset of each position.
-struct Placement {
-    /// Weights that draw the constant 1 in the DoF, times the offset's standard deviation; scaled.
-    offsets: Vec<DVector<f64>>,
-}
-
-impl Placement {
-    fn new(given: &Hyperparameters, scale: &[f64]) -> Result<Self, LearnError> {
-        let mut offsets = Vec::new();
-        if given.placement_m > 0.0 {
-            // Least squares, like any other movement: the basis may or may not sum to one.
-            let phases = design(
-                &given.basis,
-                even(RESIDUAL_PHASES.max(2 * given.basis.count())),
-            )?;
-            let one = DVector::from_element(phases.nrows(), 1.0);
-            let ones = fit(&phases, &[one], given.ridge.min(1e-9))
-                .ok_or(LearnError::Numerical("least squares fit of a constant"))?;
-            let functions = given.basis.count();
-            let positions = given.dofs.iter().zip(scale).enumerate();
-            for (dof, (_, s)) in positions.filter(|(_, (dof, _))| dof.is_position()) {
-                let mut offset = DVector::zeros(given.dofs.len() * functions);
-                let std = given.placement_m / s;
-                offset
-                    .rows_mut(dof * functions, functions)
-                    .copy_from(&(&ones.weights * std));
-                offsets.push(offset);
-            }
-        }
-        Ok(Self { offsets })
-    }
-
-    /// The covariance of the offsets as the rows of `observe` see it.
-    fn seen(&self, observe: &DMatrix<f64>) -> DMatrix<f64> {
-        let mut sum = DMatrix::zeros(observe.nrows(), observe.nrows());
-        for offset in &self.offsets {
-            let drawn = observe * offset;
-            sum += &drawn * drawn.transpose();
-        }
-        sum
-    }
-
-    /// `inside` (of the first of the `directions`) and the offsets, along all of them.
-    fn added_to(&self, inside: &DMatrix<f64>, directions: &DMatrix<f64>) -> DMatrix<f64> {
-        let (inner, all) = (inside.nrows(), directions.ncols());
-        let mut sum = DMatrix::zeros(all, all);
-        sum.view_mut((0, 0), (inner, inner)).copy_from(inside);
-        for offset in &self.offsets {
-            let along = directions.tr_mul(offset);
-            sum += &along * along.transpose();
-        }
-        sum
-    }
 }
 
 fn choose(

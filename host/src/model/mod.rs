@@ -15,6 +15,7 @@ pub mod evaluate;
 mod fitted;
 mod hyperparameters;
 mod learn;
+mod placement;
 pub mod recognise;
 mod shrinkage;
 mod subspace;

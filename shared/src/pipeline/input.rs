@@ -1,6 +1,6 @@
 //! What comes in, placed in device time: scans, hand, attitude of the upper arm.
 
-use crate::wire::ResetReason;
+use crate::wire::{QUATERNION_SLACK, ResetReason};
 
 /// A hand or attitude older than this counts as not seen, us.
 pub(super) const MAX_AGE_US: u64 = 100_000;
@@ -8,8 +8,6 @@ pub(super) const MAX_AGE_US: u64 = 100_000;
 const MAX_AHEAD_US: u64 = 100_000;
 /// A gap longer than this restarts the filters: what they remember is of another movement, us.
 const LONG_GAP_US: u64 = 100_000;
-/// How far the norm of a quaternion may lie from one, as on the wire.
-const QUATERNION_SLACK: f32 = 1e-3;
 
 /// Why an input was refused. It changed nothing.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -72,7 +70,7 @@ pub struct Health {
 pub(super) struct Placement {
     /// Scans missing before it.
     pub(super) missed: u32,
-    /// So many that the filters must start anew.
+    /// So long since the last one that the filters must start anew.
     pub(super) long_gap: bool,
 }
 
@@ -122,8 +120,9 @@ impl Scans {
             });
         }
         let missed = ahead - 1;
-        let long_gap = missed > 0 && acquired_us - newest_us > LONG_GAP_US;
-        if missed > 0 {
+        // Time is believed, whatever the index says: a board may lose scans without noticing.
+        let long_gap = acquired_us - newest_us > LONG_GAP_US;
+        if missed > 0 || long_gap {
             self.gaps = self.gaps.wrapping_add(1);
             self.missed = self.missed.wrapping_add(missed);
             self.forgotten_us = acquired_us.saturating_add(self.memory_us);
@@ -227,7 +226,8 @@ pub(super) fn checked_quaternion(xyzw: [f32; 4]) -> Result<(), InputError> {
     if !norm.is_finite() {
         return Err(InputError::NonFinite);
     }
-    if (norm - 1.0).abs() > QUATERNION_SLACK {
+    // The wire's own comparison, or its rounding could refuse what was accepted here.
+    if !(1.0 - QUATERNION_SLACK..=1.0 + QUATERNION_SLACK).contains(&norm) {
         return Err(InputError::NotUnit { norm });
     }
     Ok(())

@@ -93,11 +93,16 @@ impl<const C: usize> Pipeline<C> {
     /// counted under QEMU for that core, four channels: 600 per channel and scan (900 when a quality block ends); a
     /// tick adds one posture and one Cartesian stiffness, 22,000 at `opt-level` 3 and 48,000 at "s", so that
     /// the caller must buffer at least four scans at 2 kHz. That makes 7 or 10 million instructions a
-    /// second in all. Cycles and time are unmeasured on a board. Run it outside interrupts.
+    /// second in all. Cycles and time are unmeasured on a board. Run it below the priority of every hardware
+    /// interrupt, and above whatever may compute for longer than those scans.
     ///
     /// **Overrun.** A caller that falls behind skips scans instead of queueing them. The index then jumps: the
     /// missing scans are counted, the stream keeps its 10 ms grid and carries [`StreamFlags::GAP`] until the filters
     /// have forgotten. A gap of over 0.1 s restarts the filters, and the activation is held until they have settled.
+    ///
+    /// **Start.** The filters start as if the first scan had always been there, so the activation rises from rest
+    /// within about four delays of the chain (0.3 s by default), and no flag says so: whoever acts on the stream waits that long
+    /// after a new boot id.
     ///
     /// # Errors
     /// [`InputError`] for a scan that is not newer than the last; it is counted and changes nothing.
@@ -110,7 +115,7 @@ impl<const C: usize> Pipeline<C> {
         let settling = self.scans.settling();
         let refused = self.signals.step(&scan.counts, settling);
         self.inputs.refused = self.inputs.refused.wrapping_add(refused);
-        self.outbox.raw(scan, missed > 0);
+        self.outbox.raw(scan, missed > 0 || long_gap);
         let due = self.schedule.advance(missed);
         if due.stream {
             let stream = self.stream(scan.acquired_us);
@@ -172,8 +177,9 @@ impl<const C: usize> Pipeline<C> {
         self.health = health;
     }
 
-    /// The next packet due, the configuration, then the newest measurements; none when all is out. Take all of them after each scan: a packet
-    /// that still waits when its successor is ready is replaced and counted, never queued.
+    /// The next packet due: configuration, stream, orientation, raw counts, status; none when all is out. Take all of
+    /// them after each scan: one that still waits when its successor is ready is replaced, never queued. What is
+    /// replaced counts as dropped, but for configuration and status, which hold nothing that the next ones do not.
     pub fn next_frame(&mut self) -> Option<Frame> {
         let now_us = self.scans.newest_us()?;
         let (packet, device_us) = if core::mem::take(&mut self.outbox.configuration) {

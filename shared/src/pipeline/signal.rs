@@ -10,8 +10,8 @@ use crate::wire::{MAX_CHANNELS, MAX_ENVELOPE, Muscle};
 
 use super::config::{PipelineConfig, PipelineError};
 
-/// Warnings under which a channel's envelope is not believed. Hum is not among them: it is there at rest
-/// too, and the rest level takes it off.
+/// Warnings under which a channel's envelope is not believed. Hum is not among them: a steady one is in the rest level
+/// and taken off with it. Whether to act on the bit is for the receiver of the packet.
 const UNBELIEVABLE: [Quality; 3] = [Quality::SATURATED, Quality::FLAT, Quality::LEAD_OFF];
 /// How many of its delays a chain remembers a disturbance for.
 const MEMORY_DELAYS: f64 = 3.0;
@@ -25,10 +25,43 @@ struct Channel {
     quality: QualityState,
     /// Newest normalised envelope.
     envelope: f32,
-    /// Newest one that was believed.
+    /// What stands in the activation: the newest one that was believed.
     believed: f32,
+    /// Those at the ends of the last two blocks found good, newest last. A fault is found up to a block after it
+    /// began, and may have begun unnoticed in the block before; the older of these is from before it. Rest, until there are two.
+    sound: [f32; 2],
+    doubted: bool,
     warnings: Quality,
     warnings_since_status: Quality,
+}
+
+impl Channel {
+    /// Takes the newest envelope if it is believed, and keeps the last good one if not. True if a fault has just been
+    /// found that had spoiled envelopes already taken: an earlier one stands now, and they must leave the activation.
+    fn judge(&mut self, believed: bool) -> bool {
+        let just_doubted = !believed && !self.doubted;
+        self.doubted = !believed;
+        if believed {
+            self.believed = self.envelope;
+            if self.quality.just_judged() {
+                self.sound = [self.sound[1], self.envelope];
+            }
+            return false;
+        }
+        let spoiled = just_doubted && self.found_late();
+        if spoiled {
+            self.believed = self.sound[0];
+            self.sound[1] = self.sound[0];
+        }
+        spoiled
+    }
+
+    /// Whether the present warnings took time to prove. A rail shows at once, and so does the front end's lead-off.
+    fn found_late(&self) -> bool {
+        let lead_off = self.warnings.contains(Quality::LEAD_OFF) && self.quality.just_judged();
+        let flat = self.warnings.contains(Quality::FLAT);
+        (flat || lead_off) && !self.warnings.contains(Quality::SATURATED)
+    }
 }
 
 /// All channels.
@@ -59,6 +92,8 @@ impl<const C: usize> Signals<C> {
             quality: QualityState::new(),
             envelope: 0.0,
             believed: 0.0,
+            sound: [0.0; 2],
+            doubted: false,
             warnings: Quality::GOOD,
             warnings_since_status: Quality::GOOD,
         }; C];
@@ -107,16 +142,15 @@ impl<const C: usize> Signals<C> {
     pub(super) fn step(&mut self, counts: &[i32; C], settling: bool) -> u32 {
         let mut refused = 0;
         let mut weighted = [0.0; C];
+        let mut spoiled = false;
         self.held = false;
         let slots = self.channels.iter_mut().zip(&mut weighted);
         for ((channel, weighted), (count, lead_off)) in slots.zip(counts.iter().zip(self.lead_off))
         {
             channel.warnings = self.monitor.step(&mut channel.quality, *count, lead_off);
             channel.warnings_since_status = channel.warnings_since_status.with(channel.warnings);
-            let mut believed = !settling
-                && !UNBELIEVABLE
-                    .iter()
-                    .any(|bad| channel.warnings.contains(*bad));
+            let bad = |bad: &Quality| channel.warnings.contains(*bad);
+            let mut believed = !settling && !UNBELIEVABLE.iter().any(bad);
             let envelope = self.chain.step(&mut channel.chain, self.adc.volts(*count));
             match envelope.map(|envelope| channel.normalisation.apply(envelope)) {
                 Ok(envelope) if envelope <= MAX_ENVELOPE => channel.envelope = envelope,
@@ -125,13 +159,14 @@ impl<const C: usize> Signals<C> {
                     believed = false;
                 }
             }
-            if believed {
-                channel.believed = channel.envelope;
-            }
+            spoiled |= channel.judge(believed) && channel.weight.is_some();
             if let Some(weight) = channel.weight {
                 *weighted = weight * channel.believed;
                 self.held |= !believed;
             }
+        }
+        if spoiled {
+            self.activation_state.reset();
         }
         match self.activation.step(&mut self.activation_state, &weighted) {
             // A mean of what is not negative; the window's running sum may round to just below zero.

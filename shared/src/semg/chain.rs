@@ -159,8 +159,8 @@ impl<T: Real> Chain<T> {
     /// smoother starts settled on the first rectified value.
     ///
     /// Budget: 5 multiplications and 5 additions a section. The default chain has 3 sections (high-pass 1, smoother 2),
-    /// about 60 cycles of a Cortex-M4F; 8 channels at 2 kHz take 1 M cycles/s of its 64 M. It runs per scan,
-    /// outside the interrupt; an overrun shows as a jump of the scan index, after which the caller resets.
+    /// about 60 cycles of a Cortex-M4F by that count (not measured); 8 channels at 2 kHz take 1 M cycles/s of its 64 M.
+    /// An overrun shows as a jump of the scan index; after a long one the caller resets.
     ///
     /// # Errors
     /// [`NonFinite`] for NaN, infinity, or a value that overflows a filter; the state is then reset.

@@ -1,6 +1,9 @@
 //! Signal quality per channel, from raw counts: saturation, flat line, mains hum, lead-off.
 //!
-//! Four lamps, judged over blocks of half a second. They warn; they never change the signal.
+//! Four lamps. They warn; they never change the signal. A count at a rail and the front end's own detection show
+//! at once, a count that stands still after 0.09 s. The rest is judged over blocks of half a second and shows up to a
+//! second late: in a shorter block at 200 samples/s chance alone would look like hum. A lamp stays lit to the end
+//! of the next clean block.
 
 use core::f64::consts::PI;
 
@@ -11,6 +14,9 @@ use crate::sample::AdcScale;
 
 /// Length of a judged block, s: whole periods of 50 and of 60 Hz, 2 Hz wide bins.
 const BLOCK_S: f64 = 0.5;
+/// A count that has not moved at all for this long is flat before its block ends, s. (A Myo at rest, whose eight
+/// bits hardly move, repeats a count for up to 0.06 s.)
+const STILL_S: f64 = 0.09;
 /// Hum lamp: the mains line carries as much as everything else together (-3 dB of the AC power).
 const HUM_LIMIT_DB: f32 = -3.0;
 /// Hum figure of a channel without any AC power, dB.
@@ -118,6 +124,7 @@ impl Block {
 pub struct QualityMonitor {
     scale: AdcScale,
     block_samples: u32,
+    still_samples: u32,
     /// `2 cos(2 pi f / fs)` for 50 and 60 Hz. From `f64` cosines: at 2 kHz an approximate one would
     /// listen a bin beside the line.
     coefficients: [f32; 2],
@@ -127,6 +134,9 @@ pub struct QualityMonitor {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct QualityState {
     block: Option<Block>,
+    /// Newest count, and how many samples in a row have had it.
+    newest: i32,
+    still: u32,
     judged: Quality,
     hum_db: f32,
 }
@@ -137,9 +147,16 @@ impl QualityState {
     pub fn new() -> Self {
         Self {
             block: None,
+            newest: 0,
+            still: 0,
             judged: Quality::GOOD,
             hum_db: NO_HUM_DB,
         }
+    }
+
+    /// Whether the newest sample was the last of a block, which has just been judged.
+    pub(crate) fn just_judged(&self) -> bool {
+        self.block.is_none()
     }
 
     /// Power of the stronger mains line over the whole AC power in the last whole block, dB (at most 0;
@@ -172,12 +189,13 @@ impl QualityMonitor {
         Ok(Self {
             scale,
             block_samples: libm::round(BLOCK_S * rate_hz) as u32,
+            still_samples: libm::round(STILL_S * rate_hz) as u32,
             coefficients: [coefficient(Mains::Hz50), coefficient(Mains::Hz60)],
         })
     }
 
     /// Takes one count and the front end's own lead-off detection (`false` where it has none); returns
-    /// the warnings of the last whole block, and at once those that one sample can prove.
+    /// the warnings of the last whole block, and those of this one that need not wait for its end.
     pub fn step(&self, state: &mut QualityState, count: i32, lead_off: bool) -> Quality {
         let block = state.block.get_or_insert_with(|| Block::new(count));
         if self.scale.at_rail(count) {
@@ -185,6 +203,15 @@ impl QualityMonitor {
         }
         if lead_off {
             block.warned = block.warned.with(Quality::LEAD_OFF);
+        }
+        state.still = if count == state.newest {
+            state.still.saturating_add(1)
+        } else {
+            1
+        };
+        state.newest = count;
+        if state.still >= self.still_samples {
+            block.warned = block.warned.with(Quality::FLAT);
         }
         block.lowest = block.lowest.min(count);
         block.highest = block.highest.max(count);

@@ -93,12 +93,12 @@ impl<T: Real> Segments<T> {
 
     /// Mass times distance from the shoulder along the upper arm, kg m: the upper arm's own, and all that
     /// hangs on the elbow.
-    pub fn upper_arm_moment(&self) -> T {
+    pub(super) fn upper_arm_moment(&self) -> T {
         self.upper_arm_moment
     }
 
     /// Mass times distance from the elbow along the forearm, kg m: forearm and hand.
-    pub fn forearm_moment(&self) -> T {
+    pub(super) fn forearm_moment(&self) -> T {
         self.forearm_moment
     }
 }

@@ -20,7 +20,7 @@ const MAX_ACTIVATION: f32 = 4.0 * MAX_ENVELOPE;
 /// A co-contraction factor above this is an error.
 pub const MAX_CO_CONTRACTION: f32 = 1e3;
 /// How far the norm of a quaternion may lie from one.
-const QUATERNION_SLACK: f32 = 1e-3;
+pub(crate) const QUATERNION_SLACK: f32 = 1e-3;
 /// How far rounding may lift a log probability above zero.
 const LOG_POSTERIOR_SLACK: f32 = 1e-3;
 /// Counts of the widest converter: 24 bits, signed.
@@ -77,7 +77,7 @@ fn channels(channels: u8) -> Result<usize, WireError> {
     if (1..=MAX_CHANNELS).contains(&count) {
         Ok(count)
     } else {
-        Err(out_of_range("channels", channels, 1, 8))
+        Err(out_of_range("channels", channels, 1, MAX_CHANNELS as f64))
     }
 }
 

@@ -1,6 +1,6 @@
 //! Why a frame was refused.
 
-use super::table::{Kind, VERSION};
+use super::table::{Kind, MIN_ATT_MTU, VERSION};
 
 /// Why bytes are no frame, or a packet cannot become one. A receiver drops the frame and counts it.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -31,7 +31,7 @@ pub enum WireError {
     },
     /// The number of bytes does not fit the kind.
     #[error(
-        "{kind} frame of {got} bytes, {expected} expected: check that the ATT MTU is at least 100"
+        "{kind} frame of {got} bytes, {expected} expected: check that the ATT MTU is at least {MIN_ATT_MTU}"
     )]
     WrongLength {
         /// Which packet.

@@ -176,7 +176,7 @@ fn take_raw_semg(input: &mut Reader<'_>, length: usize) -> Result<RawSemg, WireE
         let count = input.i24()?;
         counts
             .push(count)
-            .map_err(|_| out_of_range("scans", scans, 1, 72))?;
+            .map_err(|_| out_of_range("scans", scans, 1, MAX_RAW_COUNTS as f64))?;
     }
     Ok(RawSemg {
         first_index,

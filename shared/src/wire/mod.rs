@@ -16,6 +16,7 @@ mod packet;
 mod sequence;
 mod table;
 
+pub(crate) use check::QUATERNION_SLACK;
 pub use check::{MAX_CO_CONTRACTION, MAX_ENVELOPE, MAX_STIFFNESS_N_PER_M};
 pub use error::WireError;
 pub use frame::{Frame, Header, decode, encode};
@@ -25,6 +26,6 @@ pub use packet::{
 };
 pub use sequence::{Arrival, SequenceCounts, SequenceTracker};
 pub use table::{
-    CRC_BYTES, HEADER_BYTES, Kind, MAX_CHANNELS, MAX_FRAME_BYTES, MAX_RAW_COUNTS, MAX_SKILLS, Row,
-    STREAM_FRAME_BYTES, TABLE, VERSION,
+    CRC_BYTES, HEADER_BYTES, Kind, MAX_CHANNELS, MAX_FRAME_BYTES, MAX_RAW_COUNTS, MAX_SKILLS,
+    MIN_ATT_MTU, Row, STREAM_FRAME_BYTES, TABLE, VERSION,
 };

@@ -124,17 +124,18 @@ pub struct StreamFlags(u16);
 impl StreamFlags {
     /// The hand was seen recently; without it the elbow angle is an assumption.
     pub const HAND_SEEN: Self = Self(1 << 0);
-    /// The upper arm's attitude is recent; without it a resting attitude or swivel is assumed.
+    /// The upper arm's attitude is recent; without it the swivel is assumed zero or, without a hand too, the arm to hang.
     pub const ORIENTATION_SEEN: Self = Self(1 << 1);
     /// Scans are missing within the memory of the filters.
     pub const GAP: Self = Self(1 << 2);
     /// The hand was a little outside the arm's reach, and was moved to its edge.
     pub const POSTURE_CLAMPED: Self = Self(1 << 3);
-    /// No stiffness could be computed: the last one stands.
+    /// Hand and attitude fit no arm, or no stiffness follows from them: the last one stands.
     pub const STIFFNESS_HELD: Self = Self(1 << 4);
-    /// At least one channel is bad: its last good value stands in the activation.
+    /// A channel that counts is saturated, flat or off, or the filters settle after a long gap: its last good
+    /// value stands in the activation.
     pub const ACTIVATION_HELD: Self = Self(1 << 5);
-    /// The stiffness is on its way from one source of posture to another.
+    /// The stiffness is on its way from one source of posture to another, or back from a held value.
     pub const BLENDING: Self = Self(1 << 6);
     /// Near a straight elbow: the arm triangle's form has a share in the stiffness.
     pub const NEAR_SINGULAR: Self = Self(1 << 7);

@@ -12,7 +12,10 @@ pub const MAX_CHANNELS: usize = 8;
 pub const MAX_RAW_COUNTS: usize = 72;
 /// Skills named in one inference packet, the most probable first.
 pub const MAX_SKILLS: usize = 4;
-/// Whole stream frame, which must fit one notification at the smallest ATT MTU accepted (100).
+/// Smallest attribute MTU over which a stream is sent: a notification adds three bytes to its frame, which must
+/// arrive whole.
+pub const MIN_ATT_MTU: u16 = 100;
+/// Whole stream frame.
 pub const STREAM_FRAME_BYTES: usize = whole(row(Kind::Stream).payload_max);
 /// Whole frame of the largest kind: the buffer that every sender and receiver needs.
 pub const MAX_FRAME_BYTES: usize = whole(row(Kind::RawSemg).payload_max);
@@ -96,14 +99,14 @@ const _: () = {
         index += 1;
     }
     assert!(HEADER_BYTES == 18);
-    assert!(STREAM_FRAME_BYTES == 89 && STREAM_FRAME_BYTES <= 97);
+    assert!(STREAM_FRAME_BYTES == 89 && STREAM_FRAME_BYTES + 3 <= MIN_ATT_MTU as usize);
     assert!(MAX_FRAME_BYTES <= 244, "one notification at ATT MTU 247");
 };
 
 impl Kind {
     /// The kind with this number on the wire, if there is one.
     #[must_use]
-    pub fn from_number(number: u8) -> Option<Self> {
+    pub(super) fn from_number(number: u8) -> Option<Self> {
         TABLE
             .get(usize::from(number).checked_sub(1)?)
             .map(|row| row.kind)

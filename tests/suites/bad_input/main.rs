@@ -1,16 +1,11 @@
 //! Bad input to the program: each case with the error it must give, none a panic.
 //!
 //! Exit code 1 is bad data, 2 a command line that makes no sense; 101 would be a panic.
-#![allow(
-    missing_docs,
-    clippy::unwrap_used,
-    clippy::expect_used,
-    reason = "test suite"
-)]
 
 mod csv_files;
 mod model_files;
 mod options;
+mod signals;
 
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
@@ -53,6 +48,7 @@ fn tonus(folder: &Path, arguments: &[&str]) -> Output {
 /// Writes every file that the cases name.
 fn prepare(folder: &Path) {
     csv_files::write(folder);
+    signals::write(folder);
     let line = "train good.csv -o good.safetensors --dofs x --basis gaussian:5";
     let output = tonus(folder, &line.split(' ').collect::<Vec<_>>());
     let error = String::from_utf8_lossy(&output.stderr);
@@ -99,7 +95,10 @@ fn check(cases: &[Case]) {
 
 #[test]
 fn there_are_enough_cases() {
-    let all = csv_files::CASES.len() + model_files::CASES.len() + options::CASES.len();
+    let all = csv_files::CASES.len()
+        + model_files::CASES.len()
+        + options::CASES.len()
+        + signals::CASES.len();
     assert!(all >= 40, "{all}");
 }
 
@@ -116,6 +115,11 @@ fn model_files() {
 #[test]
 fn command_lines() {
     check(options::CASES);
+}
+
+#[test]
+fn signals() {
+    check(signals::CASES);
 }
 
 #[test]

@@ -169,3 +169,23 @@ fn a_real_biceps_recording_is_good() {
         assert_eq!(monitor.step(&mut state, count as i32, false), Quality::GOOD);
     }
 }
+
+/// Eight bits at 200 Hz hardly move at rest, and are no flat line for it.
+#[test]
+fn a_real_armband_is_never_flat() {
+    let scale = AdcScale::new(1.0, 0, -128, 127).unwrap();
+    let monitor = QualityMonitor::new(200.0, scale).unwrap();
+    let folder = recordings().join("myo_readings_wrist_mit/csv");
+    let wrist = std::fs::read_dir(folder).unwrap();
+    let mut paths: Vec<_> = wrist.map(|entry| entry.unwrap().path()).collect();
+    paths.push(recordings().join("libemg_myo_mit/csv/myo_dataset.csv"));
+    for path in paths {
+        for channel in 0..8 {
+            let mut state = QualityState::new();
+            for count in column(&path, &format!("emg{channel}")) {
+                let quality = monitor.step(&mut state, count as i32, false);
+                assert!(!quality.contains(Quality::FLAT), "{}", path.display());
+            }
+        }
+    }
+}

@@ -109,20 +109,28 @@ fn libemg_myo_rest_is_below_every_gesture() {
 }
 
 #[test]
-fn wrist_myo_rest_is_below_the_gesture_of_each_file() {
+fn wrist_myo_rest_is_below_every_gesture() {
     let folder = recordings().join("myo_readings_wrist_mit/csv");
-    let mut files = 0;
+    let (mut gestures, mut highest_rest, mut lowest_gesture) = (0, 0.0_f64, f64::INFINITY);
     for entry in std::fs::read_dir(&folder).unwrap() {
         let path = entry.unwrap().path();
         let (header, _) = table(&path);
         let label = header.iter().position(|h| h == "label").unwrap();
         let levels = myo_levels(&path, |_| "one".into(), |row| row[label].to_string());
         println!("{}: {levels:.2?}", path.file_name().unwrap().display());
-        let rest = levels["hibernation"];
-        for (gesture, level) in levels.iter().filter(|(name, _)| *name != "hibernation") {
-            files += 1;
-            assert!(rest < *level, "{} {gesture}", path.display());
+        for (name, level) in levels {
+            if name == "hibernation" {
+                highest_rest = highest_rest.max(level);
+            } else {
+                gestures += 1;
+                lowest_gesture = lowest_gesture.min(level);
+            }
         }
     }
-    assert_eq!(files, 6);
+    assert_eq!(gestures, 6);
+    // Of any file and either person, though no two need have worn the bracelet alike.
+    assert!(
+        highest_rest < lowest_gesture,
+        "{highest_rest} {lowest_gesture}"
+    );
 }
