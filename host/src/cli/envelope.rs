@@ -228,7 +228,7 @@ impl EnvelopeArgs {
             .collect();
         if signals.is_empty() {
             bail!(
-                "{}: no column of numbers besides t_s, label and trial; present: {}",
+                "{}: no numeric column besides t_s, label and trial; present: {}",
                 self.input.display(),
                 table.columns().join(", ")
             );

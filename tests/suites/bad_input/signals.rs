@@ -16,13 +16,13 @@ pub(super) const CASES: &[Case] = &[
         "envelope absent.csv --rate 1000 -o out",
         &["absent.csv: cannot be read"],
     ),
-    data(
+    usage(
         "envelope emg.csv --rate 100 -o out",
-        &["emg.csv", "100", "200", "2000"],
+        &["sample rate 100 Hz: give one between 200 and 2000 Hz"],
     ),
-    data(
+    usage(
         "envelope emg.csv --rate NaN -o out",
-        &["NaN", "200", "2000"],
+        &["`NaN` is not a finite number"],
     ),
     data(
         "envelope emg.csv --rate 1000 --channels emg9 -o out",
@@ -44,18 +44,61 @@ pub(super) const CASES: &[Case] = &[
         "envelope timed.csv --rate 1000 -o out",
         &["t_s runs at 100.0 samples/s, but --rate says 1000"],
     ),
-    data(
+    usage(
         "envelope emg.csv --rate 1000 --highpass 600 -o out",
         &["600 Hz", "1000 samples/s"],
     ),
-    data(
+    usage(
         "envelope emg.csv --rate 1000 --cutoff 0 -o out",
-        &["cutoff of 0 Hz"],
+        &["--cutoff", "`0` is not above 0"],
     ),
-    data("envelope emg.csv --rate 1000 --order 9 -o out", &["9", "8"]),
-    data(
+    usage(
+        "envelope emg.csv --rate 1000 --cutoff 499 -o out",
+        &["a cutoff of 499 Hz cannot be built at 1000 samples/s"],
+    ),
+    usage(
+        "envelope emg.csv --rate 1000 --order 9 -o out",
+        &["Butterworth order 9: give one between 1 and 8"],
+    ),
+    usage(
         "envelope emg.csv --rate 1000 --smoother mean --window-ms 0 -o out",
-        &["window"],
+        &["--window-ms", "`0` is not above 0"],
+    ),
+    usage(
+        "envelope emg.csv --rate 1000 --smoother mean --window-ms 1e12 -o out",
+        &["a window of 1000000000 s at 1000 samples/s"],
+    ),
+    usage(
+        "envelope emg.csv --rate 1000 --channels emg0,emg0 -o out",
+        &["--channels names a column twice"],
+    ),
+    usage(
+        "envelope emg.csv --rate 1000 -o ./emg.csv",
+        &["--output names an input, which would be lost"],
+    ),
+    usage(
+        "train good.csv -o good.csv --dofs x",
+        &["--output names an input, which would be lost"],
+    ),
+    usage(
+        "infer good.safetensors --label lift -o good.safetensors",
+        &["--output names an input, which would be lost"],
+    ),
+    data(
+        "envelope broken.csv --rate 1000 -o out",
+        &["broken.csv:3: column `emg0`", "NaN is not finite"],
+    ),
+    data(
+        "envelope loud.csv --rate 1000 -o out",
+        &["loud.csv:3: column `emg0`: 1e300", "overflows the filter"],
+    ),
+    data(
+        "envelope back.csv --rate 1000 -o out",
+        &["back.csv:4: column `t_s`: 0.001 does not come after 0.001"],
+    ),
+    data(
+        "envelope semicolons.csv --rate 1000 -o out",
+        &["semicolons.csv:1", "separate cells by commas"],
     ),
     data(
         "envelope short.csv --rate 1000 --zero-phase -o out",
@@ -108,6 +151,9 @@ pub(super) fn write(folder: &Path) {
         ("short.csv", short.as_str()),
         ("words.csv", "t_s,what\n0,rest\n1,lift\n"),
         ("broken.csv", "emg0\n1\nNaN\n2\n"),
+        ("loud.csv", "emg0\n1\n1e300\n2\n"),
+        ("back.csv", "t_s,emg0\n0,1\n0.001,1\n0.001,2\n"),
+        ("semicolons.csv", "t_s;emg0\n0,0;1\n0,001;1\n"),
     ];
     for (name, text) in files {
         std::fs::write(folder.join(name), text).expect("a recording is written");
