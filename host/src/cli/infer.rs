@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use serde_json::{Map, Value, json};
-use tonus::model::Model;
+use tonus::model::{Model, Transform};
 use tonus::store;
 use tonus_shared::promp::{Mixture, Order, Row, trajectory_scratch_len};
 
@@ -39,7 +39,8 @@ pub(crate) struct InferArgs {
     /// What was observed there, in the DoFs' units.
     #[arg(long, value_name = "NAME=VALUE,...", value_parser = options::instant)]
     observe: Vec<Instant>,
-    /// Standard deviation of the observations, in each DoF's unit.
+    /// Standard deviation of the observations: in the DoF's unit, or as a share of the value where the DoF
+    /// enters the model as its logarithm.
     #[arg(long, value_name = "STD", value_parser = options::positive, default_value = "0.01")]
     sigma: f64,
     /// Trajectory to write.
@@ -127,8 +128,12 @@ impl InferArgs {
             )
         };
         let dof = model.dof(name).with_context(names)?;
+        let std = match model.dofs().get(dof).map(|dof| dof.transform) {
+            Some(Transform::Log) => self.sigma * value.abs(),
+            _ => self.sigma,
+        };
         let observation = model
-            .observation(dof, phase, value, self.sigma)
+            .observation(dof, phase, value, std)
             .with_context(names)?;
         let observation = observation.with_context(|| format!("--observe {name}={value:?}"))?;
         mixture
