@@ -103,7 +103,7 @@ fn action(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot<'_>) {
 }
 
 fn envelopes(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot<'_>) {
-    let names = ["biceps short", "biceps long", "triceps lat", "triceps long"];
+    let names = ["bi short", "bi long", "tri lat", "tri long"];
     let values = snapshot.stream.map_or([0.0; 8], |stream| stream.envelopes);
     let bars = names.iter().zip(values).map(|(name, value)| {
         let share = percent(f64::from(value));
@@ -199,7 +199,7 @@ fn side_view(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot<'_>) {
     let hand = tonus::simulate::scripted::in_robot_frame(snapshot.hand_m);
     let (robot, goal) = (snapshot.robot_m, snapshot.setpoint.position_m);
     let canvas = Canvas::default()
-        .block(Block::bordered().title(" seen from the side: your hand (blue), robot (orange) "))
+        .block(Block::bordered().title(" side view: hand (blue), robot (orange) "))
         .marker(Marker::Braille)
         .x_bounds([0.2, 1.1])
         .y_bounds([0.0, 0.8])
