@@ -234,7 +234,7 @@ impl<'m> Session<'m> {
         device_us: u64,
         now_us: u64,
     ) -> Result<(), SessionError> {
-        let describes_us = device_us.saturating_sub(u64::from(stream.describes_before_us));
+        let describes_us = stream.describes_us(device_us);
         let Some(movement) = &mut self.movement else {
             return Ok(());
         };

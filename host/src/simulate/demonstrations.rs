@@ -56,10 +56,7 @@ pub fn record(actions: &[Action], config: &RigConfig) -> Result<Vec<Demonstratio
             .filter_map(|arrival| arrival.frame.ok())
         {
             if let Packet::Stream(stream) = frame.packet {
-                let describes_us = frame
-                    .header
-                    .device_us
-                    .saturating_sub(u64::from(stream.describes_before_us));
+                let describes_us = stream.describes_us(frame.header.device_us);
                 streams.push((describes_us, stream));
             }
         }

@@ -117,6 +117,16 @@ pub struct Stream {
     pub flags: StreamFlags,
 }
 
+impl Stream {
+    /// The time that activation and stiffness describe, us, in the clock of `acquired_us`: the header's device time.
+    /// Models are aligned by it; age and staleness are measured from `acquired_us` itself. The start of the clock
+    /// if the packet claims to describe what was before it.
+    #[must_use]
+    pub const fn describes_us(&self, acquired_us: u64) -> u64 {
+        acquired_us.saturating_sub(self.describes_before_us as u64)
+    }
+}
+
 /// What a stream packet's values rest on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StreamFlags(u16);
