@@ -25,6 +25,12 @@ pub const DOFS: [&str; 12] = [
     "human_x", "human_y", "human_z", "human_kx", "human_ky", "human_kz", "robot_x", "robot_y",
     "robot_z", "robot_kx", "robot_ky", "robot_kz",
 ];
+/// Places in [`DOFS`] of the hand's position and stiffness.
+const HAND: std::ops::Range<usize> = 0..3;
+const HAND_STIFFNESS: std::ops::Range<usize> = 3..6;
+/// First places in [`DOFS`] of the robot's position and stiffness.
+const ROBOT: usize = 6;
+const ROBOT_STIFFNESS: usize = 9;
 /// A command is void this long after the newest scan behind it, microseconds.
 const COMMAND_LIFE_US: u64 = gate::HOLD_AGE_US;
 
@@ -197,7 +203,7 @@ impl<'m> Session<'m> {
             return Ok(());
         }
         let phase = movement.phase(exposed_us);
-        for (dof, value) in self.dofs[..3].iter().zip(position_m) {
+        for (dof, value) in self.dofs[HAND].iter().zip(position_m) {
             let sigma = self.config.position_sigma_m;
             self.recogniser.observe(*dof, phase, value, sigma)?;
         }
@@ -246,7 +252,10 @@ impl<'m> Session<'m> {
             return Ok(());
         }
         let phase = movement.phase(describes_us);
-        for (dof, value) in self.dofs[3..6].iter().zip(stream.stiffness_n_per_m) {
+        for (dof, value) in self.dofs[HAND_STIFFNESS]
+            .iter()
+            .zip(stream.stiffness_n_per_m)
+        {
             let value = f64::from(value);
             let sigma = self.config.stiffness_sigma * value;
             self.recogniser.observe(*dof, phase, value, sigma)?;
@@ -264,7 +273,10 @@ impl<'m> Session<'m> {
             let predictions = skills.map(of_skill).collect::<Result<Vec<_>, _>>()?;
             Ok(mixed(&weights, &predictions))
         };
-        Ok([(dof(6)?, dof(9)?), (dof(7)?, dof(10)?), (dof(8)?, dof(11)?)])
+        let mut axis = |axis| -> Result<Axis, SessionError> {
+            Ok((dof(ROBOT + axis)?, dof(ROBOT_STIFFNESS + axis)?))
+        };
+        Ok([axis(0)?, axis(1)?, axis(2)?])
     }
 
     fn decide(&mut self, now_us: u64) {

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "read by tests only")]
 
 use tonus_shared::semg::quality::Quality;
-use tonus_shared::wire::{Header, MAX_FRAME_BYTES, Packet, WireError, encode};
+use tonus_shared::wire::{Header, MAX_FRAME_BYTES, Packet, Stream, StreamFlags, WireError, encode};
 
 /// The header of every golden frame.
 pub const HEADER: Header = Header {
@@ -68,4 +68,22 @@ pub fn crc32_bitwise(bytes: &[u8]) -> u32 {
 #[must_use]
 pub fn quality(bits: [u8; 8]) -> [Quality; 8] {
     bits.map(|bits| Quality::from_bits(bits).unwrap())
+}
+
+/// The packet of the golden line `stream`.
+#[must_use]
+pub fn golden_stream() -> Packet {
+    Packet::Stream(Stream {
+        describes_before_us: 78_500,
+        envelopes: [0.1, 0.25, 0.001, 1.0, 0.0, 0.0, 0.0, 0.0],
+        activation: 0.5,
+        co_contraction: 1.75,
+        stiffness_n_per_m: [310.5, 222.25, 95.125],
+        quality: quality([0, 1, 2, 0, 0, 0, 0, 0]),
+        channels: 4,
+        flags: StreamFlags::HAND_SEEN
+            .with(StreamFlags::GAP, true)
+            .with(StreamFlags::BLENDING, false)
+            .with(StreamFlags::NEAR_SINGULAR, true),
+    })
 }

@@ -12,10 +12,10 @@ use std::process::{Command, Stdio};
 use serde_json::{Value, json};
 use tonus_shared::wire::{
     CRC_BYTES, Configuration, HEADER_BYTES, HandPosition, Inference, MAX_RAW_COUNTS, Muscle,
-    Orientation, Packet, Ping, RawSemg, ResetReason, SkillPosterior, Status, Stream, StreamFlags,
-    TABLE, decode,
+    Orientation, Packet, Ping, RawSemg, ResetReason, SkillPosterior, Status, StreamFlags, TABLE,
+    decode,
 };
-use tonus_tests::frames::{HEADER, bytes_of, golden, quality};
+use tonus_tests::frames::{HEADER, bytes_of, golden, golden_stream, quality};
 
 /// The packets that the golden script wrote, in its order.
 fn golden_packets() -> Vec<Packet> {
@@ -125,22 +125,6 @@ fn golden_configurations() -> [Configuration; 2] {
             firmware_hash: [0; 8],
         },
     ]
-}
-
-fn golden_stream() -> Packet {
-    Packet::Stream(Stream {
-        describes_before_us: 78_500,
-        envelopes: [0.1, 0.25, 0.001, 1.0, 0.0, 0.0, 0.0, 0.0],
-        activation: 0.5,
-        co_contraction: 1.75,
-        stiffness_n_per_m: [310.5, 222.25, 95.125],
-        quality: quality([0, 1, 2, 0, 0, 0, 0, 0]),
-        channels: 4,
-        flags: StreamFlags::HAND_SEEN
-            .with(StreamFlags::GAP, true)
-            .with(StreamFlags::BLENDING, false)
-            .with(StreamFlags::NEAR_SINGULAR, true),
-    })
 }
 
 fn golden_inference() -> Packet {

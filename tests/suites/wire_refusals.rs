@@ -3,25 +3,9 @@
 
 use tonus_shared::wire::{
     Frame, HandPosition, Kind, MAX_FRAME_BYTES, Orientation, Packet, RawSemg, STREAM_FRAME_BYTES,
-    Stream, StreamFlags, WireError, decode, encode,
+    Stream, WireError, decode, encode,
 };
-use tonus_tests::frames::{HEADER, bytes_of, crc32_bitwise, golden, quality, sealed};
-
-fn golden_stream() -> Packet {
-    Packet::Stream(Stream {
-        describes_before_us: 78_500,
-        envelopes: [0.1, 0.25, 0.001, 1.0, 0.0, 0.0, 0.0, 0.0],
-        activation: 0.5,
-        co_contraction: 1.75,
-        stiffness_n_per_m: [310.5, 222.25, 95.125],
-        quality: quality([0, 1, 2, 0, 0, 0, 0, 0]),
-        channels: 4,
-        flags: StreamFlags::HAND_SEEN
-            .with(StreamFlags::GAP, true)
-            .with(StreamFlags::BLENDING, false)
-            .with(StreamFlags::NEAR_SINGULAR, true),
-    })
-}
+use tonus_tests::frames::{HEADER, bytes_of, crc32_bitwise, golden, golden_stream, sealed};
 
 fn golden_body(name: &str) -> Vec<u8> {
     let (_, mut bytes) = golden()

@@ -6,7 +6,7 @@ use anyhow::{Context, bail};
 use serde_json::{Map, Value, json};
 use tonus::model::{Model, Transform};
 use tonus::store;
-use tonus_shared::promp::{Mixture, Order, Row, trajectory_scratch_len};
+use tonus_shared::promp::{Mixture, trajectory_scratch_len};
 
 use super::options::Instant;
 use super::{UsageError, keep_inputs, options, say, write_atomically};
@@ -165,14 +165,8 @@ fn write_trajectory(
     for sample in 0..SAMPLES {
         let phase = sample as f64 / (SAMPLES - 1) as f64;
         let mut record = vec![phase.to_string(), (phase * duration_s).to_string()];
-        for (index, dof) in model.dofs().iter().enumerate() {
-            let row = Row {
-                dof: index,
-                order: Order::Position,
-                phase,
-            };
-            let moments = trajectory.moments(&row, &mut scratch)?;
-            let (mean, std) = dof.decode(moments.mean, moments.variance);
+        for dof in 0..model.dofs().len() {
+            let (mean, std) = model.expected(&trajectory, dof, phase, &mut scratch)?;
             record.extend([mean.to_string(), std.to_string()]);
         }
         writer.write_record(&record)?;

@@ -12,9 +12,7 @@ use std::path::PathBuf;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use tonus_shared::promp::{
-    ConditionError, Mixture, ModelError, Order, Row, RowError, trajectory_scratch_len,
-};
+use tonus_shared::promp::{ConditionError, Mixture, ModelError, RowError, trajectory_scratch_len};
 
 use super::{LearnError, Model, NotPositive, Valid, learn};
 use crate::demonstration::Demonstration;
@@ -329,16 +327,10 @@ fn prediction_error(
             continue;
         }
         unobserved += 1;
-        for (index, dof) in model.dofs().iter().enumerate() {
-            let row = Row {
-                dof: index,
-                order: Order::Position,
-                phase,
-            };
-            let moments = trajectory.moments(&row, &mut scratch)?;
-            let (predicted, _) = dof.decode(moments.mean, moments.variance);
+        for (index, squared) in squared.iter_mut().enumerate() {
+            let (predicted, _) = model.expected(&trajectory, index, phase, &mut scratch)?;
             let error = predicted - demonstration.values()[index][sample];
-            squared[index] += error * error;
+            *squared += error * error;
         }
     }
     Ok((squared, unobserved))

@@ -1,7 +1,8 @@
 //! A learnt model: numbers that have been checked, and the views on them that inference takes.
 
 use tonus_shared::promp::{
-    Basis, Latent, Mixture, ModelError, Observation, Order, Row, Skill, mixture_len,
+    Basis, Latent, Mixture, ModelError, Observation, Order, Row, RowError, Skill, Trajectory,
+    mixture_len,
 };
 
 use super::{Dof, NotPositive};
@@ -220,6 +221,24 @@ impl Model {
                 variance: signal.encode_variance(value, std)?,
             })
         }))
+    }
+
+    /// Mean and standard deviation, in the DoF's unit, that a trajectory of this model has at a phase. `scratch` is
+    /// [`trajectory_scratch_len`](tonus_shared::promp::trajectory_scratch_len) long.
+    ///
+    /// # Errors
+    /// A DoF that there is not, a phase that is not finite, scratch too short.
+    pub fn expected(
+        &self,
+        trajectory: &Trajectory<'_, f64>,
+        dof: usize,
+        phase: f64,
+        scratch: &mut [f64],
+    ) -> Result<(f64, f64), RowError> {
+        let dofs = self.0.dofs.len();
+        let signal = (self.0.dofs.get(dof)).ok_or(RowError::Dof { dof, dofs })?;
+        let moments = trajectory.moments(&Row::position(dof, phase), scratch)?;
+        Ok(signal.decode(moments.mean, moments.variance))
     }
 
     /// The latent space and the skills, as inference takes them.

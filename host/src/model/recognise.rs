@@ -126,10 +126,11 @@ impl<'m> Recogniser<'m> {
         let skills = self.model.labels().len();
         let trajectory =
             (self.mixture.trajectory(skill)).ok_or_else(|| unknown("skill", skill, skills))?;
-        let place = trajectory.moments(&Row::position(dof, phase), &mut self.scratch)?;
+        let (mean, std) = self
+            .model
+            .expected(&trajectory, dof, phase, &mut self.scratch)?;
         // A duration of one makes the velocity one per unit of phase.
         let slope = trajectory.moments(&Row::velocity(dof, phase, 1.0), &mut self.scratch)?;
-        let (mean, std) = signal.decode(place.mean, place.variance);
         Ok(Prediction {
             mean,
             std,
