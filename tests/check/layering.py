@@ -58,7 +58,6 @@ ROOMS = {
         "main": ANY,
         "atomic": set(),
         "table": set(),
-        "atomic": set(),
         "envelope": set(),
         "demonstration": {"table"},
         "model": {"demonstration"},
@@ -68,6 +67,10 @@ ROOMS = {
         "simulate": {"link", "robot", "demonstration"},
         "session": {"model", "robot"},
         "demo": {"demonstration", "link", "model", "robot", "session", "simulate"},
+        # Other methods on the same demonstrations, for comparison: nothing stands on them but the experiments.
+        "baseline": {"demonstration", "model"},
+        "experiment": {"baseline", "demonstration", "link", "model", "robot", "session", "simulate", "table"},
+        "report": {"experiment", "model"},
         "cli": ANY,
     }),
 }
