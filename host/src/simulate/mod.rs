@@ -11,6 +11,7 @@
 //! [`difficulty`] holds the simulator to its word: how well the best possible recogniser does on the
 //! simulator's own true densities.
 
+pub mod arm;
 pub mod demonstrations;
 pub mod difficulty;
 pub mod emg;
@@ -20,6 +21,7 @@ pub mod rig;
 pub mod scripted;
 pub mod signals;
 pub mod skills;
+pub mod teleoperation;
 pub mod tracker;
 pub mod wearer;
 
