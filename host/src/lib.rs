@@ -6,6 +6,7 @@ pub mod baseline;
 pub mod demo;
 pub mod demonstration;
 pub mod envelope;
+pub mod experiment;
 pub mod link;
 pub mod model;
 pub mod robot;
