@@ -141,31 +141,91 @@ pub fn compare(
     test: &[Demonstration],
     protocol: &Protocol,
 ) -> Result<Vec<Row>, BaselineError> {
-    check(test, protocol)?;
-    let learnt = Learnt::from(train, protocol)?;
-    let (labels, _) = labels_of(train);
-    let mut noise = ChaCha8Rng::seed_from_u64(protocol.seed);
-    let ranges = protocol.roles.map(|roles| ranges(train, &roles));
-    let mut scores: Vec<Score> = vec![Score::default(); Method::ALL.len()];
-    for movement in test {
-        let observed = observe(movement, protocol, &mut noise);
-        let phases: Vec<f64> = match protocol.roles {
-            Some(_) => compared(movement.phases(), movement),
-            None => Vec::new(),
+    let mut table = Table::new(protocol);
+    table.add(train, test)?;
+    Ok(table.rows())
+}
+
+/// The same where every `folds`th demonstration in turn is tested on what is learnt from the others.
+///
+/// # Errors
+/// [`BaselineError`].
+pub fn cross_validate(
+    demonstrations: &[Demonstration],
+    folds: usize,
+    protocol: &Protocol,
+) -> Result<Vec<Row>, BaselineError> {
+    if folds < 2 {
+        return Err(BaselineError::Protocol {
+            what: "too few folds",
+            wanted: "at least 2",
+        });
+    }
+    let mut table = Table::new(protocol);
+    for fold in 0..folds {
+        let part = |tested: bool| -> Vec<Demonstration> {
+            let all = demonstrations.iter().enumerate();
+            let of_part = all.filter(|(index, _)| (index % folds == fold) == tested);
+            of_part.map(|(_, one)| one.clone()).collect()
         };
-        let label = labels.iter().position(|l| l == movement.label());
-        for (method, score) in Method::ALL.into_iter().zip(&mut scores) {
-            let answer = learnt.answer(method, &observed, &phases, movement.label())?;
-            score.recognised(&answer, label);
-            if let (Some(roles), Some(ranges)) = (&protocol.roles, &ranges) {
-                score.predicted(&answer.paths, movement, (roles, ranges));
-            }
+        table.add(&part(false), &part(true))?;
+    }
+    Ok(table.rows())
+}
+
+/// Scores so far.
+struct Table<'p> {
+    protocol: &'p Protocol,
+    noise: ChaCha8Rng,
+    scores: Vec<Score>,
+    /// Whether there was ever more than one label to choose from.
+    several: bool,
+}
+
+impl<'p> Table<'p> {
+    fn new(protocol: &'p Protocol) -> Self {
+        Self {
+            protocol,
+            noise: ChaCha8Rng::seed_from_u64(protocol.seed),
+            scores: vec![Score::default(); Method::ALL.len()],
+            several: false,
         }
     }
-    let rows = Method::ALL.into_iter().zip(scores);
-    Ok(rows
-        .map(|(method, score)| score.row(method, labels.len() > 1))
-        .collect())
+
+    fn add(
+        &mut self,
+        train: &[Demonstration],
+        test: &[Demonstration],
+    ) -> Result<(), BaselineError> {
+        let protocol = self.protocol;
+        check(test, protocol)?;
+        let learnt = Learnt::from(train, protocol)?;
+        let (labels, _) = labels_of(train);
+        self.several |= labels.len() > 1;
+        let ranges = protocol.roles.map(|roles| ranges(train, &roles));
+        for movement in test {
+            let observed = observe(movement, protocol, &mut self.noise);
+            let phases: Vec<f64> = match protocol.roles {
+                Some(_) => compared(movement.phases(), movement),
+                None => Vec::new(),
+            };
+            let label = labels.iter().position(|l| l == movement.label());
+            for (method, score) in Method::ALL.into_iter().zip(&mut self.scores) {
+                let answer = learnt.answer(method, &observed, &phases, movement.label())?;
+                score.recognised(&answer, label);
+                if let (Some(roles), Some(ranges)) = (&protocol.roles, &ranges) {
+                    score.predicted(&answer.paths, movement, (roles, ranges));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn rows(&self) -> Vec<Row> {
+        let rows = Method::ALL.into_iter().zip(&self.scores);
+        rows.map(|(method, score)| score.row(method, self.several))
+            .collect()
+    }
 }
 
 fn check(test: &[Demonstration], protocol: &Protocol) -> Result<(), BaselineError> {

@@ -27,7 +27,7 @@ mod primitives;
 pub mod single_gaussian;
 pub mod without_semg;
 
-pub use compare::{Row, compare};
+pub use compare::{Row, compare, cross_validate};
 pub use error::BaselineError;
 pub use gaussian::{Gaussian, Seen};
 pub use primitives::Primitives;
