@@ -387,7 +387,7 @@ impl Score {
     fn row(&self, method: Method, several: bool) -> Row {
         let (method, source) = method.name();
         let right: Vec<f64> = self.right.iter().map(|r| f64::from(u8::from(*r))).collect();
-        let loss: Vec<f64> = self.log_probability.iter().map(|l| -l).collect();
+        let loss: Vec<f64> = self.log_probability.iter().map(|l| 0.0 - l).collect();
         let judged = self.inside + self.outside;
         Row {
             method,

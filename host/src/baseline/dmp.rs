@@ -9,14 +9,16 @@
 //! ```
 //!
 //! with time in units of the movement's duration. The weights are those of least squares on the mean demonstration.
-//! A DMP infers no goal. Motion: the demonstrations' mean end, displaced as the observed hand is from its mean, by a
-//! mapping between the axes of person and robot that is set by hand. Stiffness: the mean end of the demonstrations,
+//! A DMP infers no goal. Motion: the demonstrations' mean end, displaced as the hand was from its mean when last seen, by
+//! a mapping between the axes of person and robot that is set by hand ([`Roles::facing`]); the start likewise, where the
+//! hand was seen at the start. Stiffness: the mean end of the demonstrations,
 //! whatever the person does, which is what the paper holds against Yang 2018. It recognises nothing (the skill must be
 //! told), it has no interval, and it says nothing about the person.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::aligned::{Aligned, SAMPLES};
+use super::gaussian::Seen;
 use super::{Answer, BaselineError, Observed, Path, Roles};
 use crate::demonstration::Demonstration;
 use crate::model::Dof;
@@ -92,12 +94,20 @@ impl Dmp {
             wanted: "tests of the skills learnt",
         })?;
         let mean = &self.mean[told];
-        let shift = self.shift(observed, mean)?;
+        let seen = self.aligned.standardised(observed)?;
+        let instants: Vec<(f64, &Seen)> = observed.phases.iter().copied().zip(&seen).collect();
+        let shift = |instant: Option<&(f64, &Seen)>| {
+            instant.map_or([0.0; 3], |(phase, seen)| self.shift(*phase, seen, mean))
+        };
+        let goal_shift = shift(instants.last());
+        let start_shift = shift(instants.first().filter(|(phase, _)| *phase <= 0.0));
         let mut paths = vec![None; self.aligned.dofs().len()];
         for (index, dof) in robot_dofs(&self.roles).enumerate() {
-            let goal = mean[(SAMPLES - 1, dof)] + shift.get(index).copied().unwrap_or(0.0);
+            let of_axis = |shift: &[f64; 3]| shift.get(index).copied().unwrap_or(0.0);
+            let start = mean[(0, dof)] + of_axis(&start_shift);
+            let goal = mean[(SAMPLES - 1, dof)] + of_axis(&goal_shift);
             let weights = &self.weights[told][index];
-            let rolled = rollout(weights, mean[(0, dof)], goal, (SAMPLES - 1) * STEPS);
+            let rolled = rollout(weights, start, goal, (SAMPLES - 1) * STEPS);
             let at: Vec<f64> = phases.iter().map(|p| between(&rolled, *p)).collect();
             paths[dof] = Some(self.aligned.path(dof, &at, None));
         }
@@ -108,21 +118,17 @@ impl Dmp {
         })
     }
 
-    /// How far the robot's goal moves on each axis, standardised: as the hand did from its mean when last seen.
-    fn shift(&self, observed: &Observed, mean: &DMatrix<f64>) -> Result<[f64; 3], BaselineError> {
-        let seen = self.aligned.standardised(observed)?;
-        let (Some(last), Some(&phase)) = (seen.last(), observed.phases.last()) else {
-            return Ok([0.0; 3]);
-        };
-        Ok(std::array::from_fn(|axis| {
+    /// How far the robot is displaced on each axis, standardised: as the hand seen at `phase` is from its mean.
+    fn shift(&self, phase: f64, seen: &Seen, mean: &DMatrix<f64>) -> [f64; 3] {
+        std::array::from_fn(|axis| {
             let hand = self.roles.hand[axis];
-            let Some(place) = last.which.iter().position(|&dof| dof == hand) else {
+            let Some(place) = seen.which.iter().position(|&dof| dof == hand) else {
                 return 0.0;
             };
             let expected = between(mean.column(hand).as_slice(), phase);
-            let metres = (last.values[place] - expected) * self.aligned.scale(hand);
+            let metres = (seen.values[place] - expected) * self.aligned.scale(hand);
             self.roles.facing[axis] * metres / self.aligned.scale(self.roles.robot[axis])
-        }))
+        })
     }
 }
 

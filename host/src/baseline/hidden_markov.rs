@@ -178,10 +178,9 @@ impl States {
 
     fn emission_of(&self, series: &DMatrix<f64>) -> Result<DMatrix<f64>, BaselineError> {
         let mut out = DMatrix::zeros(self.emissions.len(), SAMPLES);
-        for t in 0..SAMPLES {
-            let seen = Seen::all(series.row(t).iter().copied());
-            for (state, gaussian) in self.emissions.iter().enumerate() {
-                out[(state, t)] = gaussian.log_density(&seen)?;
+        for (state, gaussian) in self.emissions.iter().enumerate() {
+            for (t, log) in gaussian.log_densities(series)?.into_iter().enumerate() {
+                out[(state, t)] = log;
             }
         }
         Ok(out)

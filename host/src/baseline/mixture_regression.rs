@@ -70,8 +70,13 @@ impl GaussianMixture {
         let mut mixture = Self::maximised(points, &shares);
         for _ in 0..ITERATIONS {
             let mut total = 0.0;
+            let logs = mixture.components.iter();
+            let logs: Vec<Vec<f64>> = logs
+                .map(|(_, gaussian)| gaussian.log_densities(points))
+                .collect::<Result<_, _>>()?;
             for row in 0..rows {
-                let joint = mixture.log_joint(&Seen::all(points.row(row).iter().copied()))?;
+                let weights = mixture.components.iter().map(|(weight, _)| weight);
+                let joint: Vec<f64> = weights.zip(&logs).map(|(w, log)| w + log[row]).collect();
                 total += log_sum(&joint);
                 for (k, log) in normalised(&joint).into_iter().enumerate() {
                     shares[(row, k)] = libm::exp(log);

@@ -101,7 +101,9 @@ pub struct Roles {
     pub robot: [usize; 3],
     /// The robot's stiffness.
     pub robot_stiffness: [usize; 3],
-    /// Sign of the robot's axis when the hand moves along its own: -1, -1, 1 for a robot that faces the person.
+    /// Metres that the robot's end moves along each axis for each metre of the hand, as somebody who knows the task
+    /// would set it: -1, -1, 1 for a robot that meets the hand face to face, 0 where it goes to a place of its own.
+    /// Only the DMP is told.
     pub facing: [f64; 3],
 }
 

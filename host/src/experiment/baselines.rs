@@ -13,6 +13,11 @@ use crate::simulate::tracker::TrackerNoise;
 const FOLDS: usize = 5;
 /// Observations of each movement that is to be recognised.
 const OBSERVATIONS: usize = 10;
+/// How the robot's end follows the hand's, which the DMP is told: face to face in the hand-over; to a shelf of its own
+/// with an object; beside the person, at a table of its own, in pick-and-place.
+const FACE_TO_FACE: [f64; 3] = [-1.0, -1.0, 1.0];
+const TO_A_SHELF: [f64; 3] = [0.0; 3];
+const ALIKE: [f64; 3] = [1.0; 3];
 /// Phases that the hand-over is observed at, scheme (c).
 const LAST_FOUR: [f64; 4] = [0.7, 0.8, 0.9, 1.0];
 
@@ -72,7 +77,7 @@ pub fn run(
         &data::new_hand_over(sizes.pulls_each, config)?,
         &Protocol {
             observed: [&HAND[..2], &HAND_STIFFNESS[..]].concat(),
-            ..protocol(&LAST_FOUR, config)?
+            ..protocol(&LAST_FOUR, FACE_TO_FACE, config)?
         },
     )?;
     next("other methods: object matching");
@@ -80,14 +85,14 @@ pub fn run(
     let lifts = compare(
         &data::objects(config)?,
         &data::new_objects(sizes.lifts_each, config)?,
-        &protocol(&whole, config)?,
+        &protocol(&whole, TO_A_SHELF, config)?,
     )?;
     next("other methods: pick and place");
     let half = Look::spaced(OBSERVATIONS, 0.5, true).phases;
     let actions = cross_validate(
         &data::pick_and_place(config)?,
         sizes.folds,
-        &protocol(&half, config)?,
+        &protocol(&half, ALIKE, config)?,
     )?;
     Ok(Baselines {
         hand_over: pulls,
@@ -120,7 +125,11 @@ pub fn of_positions(
 }
 
 /// Hand and its stiffness at these phases, as the experiments observe them.
-fn protocol(phases: &[f64], config: &Config) -> Result<Protocol, ExperimentError> {
+fn protocol(
+    phases: &[f64],
+    facing: [f64; 3],
+    config: &Config,
+) -> Result<Protocol, ExperimentError> {
     Ok(Protocol {
         valid: data::hyperparameters(Shrinkage::LeaveOneOut)?,
         observed: [HAND, HAND_STIFFNESS].concat(),
@@ -133,8 +142,7 @@ fn protocol(phases: &[f64], config: &Config) -> Result<Protocol, ExperimentError
             hand: HAND,
             robot: ROBOT,
             robot_stiffness: ROBOT_STIFFNESS,
-            // The person sits opposite: their forward and their left are the robot's back and right.
-            facing: [-1.0, -1.0, 1.0],
+            facing,
         }),
     })
 }

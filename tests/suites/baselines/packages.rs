@@ -86,6 +86,12 @@ fn geometric_durations_make_the_hidden_markov_model_of_hmmlearn() {
         states[state].log_density(&seen).unwrap()
     };
     let emission = DMatrix::from_fn(states.len(), points.len(), density);
+    for (state, row) in states.iter().zip(emission.row_iter()) {
+        let at_once = state.log_densities(&matrix(&golden["points"])).unwrap();
+        for (log, expected) in at_once.iter().zip(row.iter()) {
+            assert!((log - expected).abs() < 1e-9);
+        }
+    }
     near(&emission, &matrix(&golden["log_emission"]), 1e-9);
     // Staying d - 1 times and leaving once; the last state never leaves.
     let stay = list(&golden["stay"]);
