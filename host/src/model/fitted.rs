@@ -162,16 +162,16 @@ impl Model {
         let means = parts.weight_means.chunks_exact(widths.mean);
         let roots = parts.roots.chunks_exact(widths.root);
         let total: f64 = parts.counts.iter().map(|&count| f64::from(count)).sum();
-        let skills = means.zip(roots).zip(&parts.counts);
-        let skills = skills.map(|((mean, root), &count)| {
+        let numbers = parts.counts.iter().zip(&parts.freedom);
+        let skills = means.zip(roots).zip(numbers);
+        let skills = skills.map(|((mean, root), (&count, &freedom))| {
             let log_prior = libm::log(f64::from(count) / total);
-            Skill::new(
-                &latent,
-                mean,
-                Some(root),
-                &parts.residual_variance,
-                log_prior,
-            )
+            let residual = &parts.residual_variance;
+            let skill = Skill::new(&latent, mean, Some(root), residual, log_prior)?;
+            match freedom {
+                Some(freedom) => skill.with_freedom(freedom),
+                None => Ok(skill),
+            }
         });
         let skills = skills.collect::<Result<Vec<_>, _>>()?;
         Ok(View { latent, skills })
