@@ -23,7 +23,7 @@
 //!
 //! [`Basis`] -> [`Latent`] and [`Row`] -> [`Skill`] -> [`Belief`] -> [`Trajectory`], [`Mixture`].
 //! All skills of a [`Mixture`] share one loading, so the row is computed once for all of them; each
-//! has its own mean and its own initial root.
+//! has its own mean and its own initial root. [`via_point`], [`Bridge`] and [`Blend`] compose movements.
 //!
 //! # Memory
 //!
@@ -40,6 +40,7 @@
 
 mod basis;
 mod belief;
+mod compose;
 mod error;
 mod latent;
 mod mixture;
@@ -47,6 +48,10 @@ mod trajectory;
 
 pub use basis::{Basis, Family};
 pub use belief::{Belief, Innovation, belief_len};
+pub use compose::{
+    Active, Blend, Bridge, ComposeError, Quantity, Signal, State, blend_len, hand_over, via_len,
+    via_point,
+};
 pub use error::{BasisError, ConditionError, ModelError, RowError};
 pub use latent::{Latent, Order, Row, Skill, loading_len};
 pub use mixture::{Mixture, Observation, mixture_len};
