@@ -5,6 +5,7 @@ pub mod atomic;
 pub mod demo;
 pub mod demonstration;
 pub mod envelope;
+pub mod experiment;
 pub mod link;
 pub mod model;
 pub mod robot;

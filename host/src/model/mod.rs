@@ -10,6 +10,7 @@
 //! through [`Dof::decode`].
 
 pub mod calibration;
+pub mod compose;
 mod dof;
 pub mod evaluate;
 

@@ -375,3 +375,25 @@ pub(super) fn project<T: Real>(root: &[T], a: &[T], out: &mut [T]) {
         }
     }
 }
+
+impl<T: Real, B: AsRef<[T]>> Belief<T, B> {
+    /// The same belief in storage of its own, which is taken over: to plan from, while this one goes on observing.
+    ///
+    /// # Errors
+    /// Storage shorter than [`belief_len`].
+    pub fn copied<C: AsRef<[T]> + AsMut<[T]>>(
+        &self,
+        mut storage: C,
+    ) -> Result<Belief<T, C>, ModelError> {
+        let (needed, got) = (belief_len(self.rank), storage.as_ref().len());
+        let Some(room) = storage.as_mut().get_mut(..needed) else {
+            return Err(ModelError::Storage {
+                what: "the belief's storage",
+                needed,
+                got,
+            });
+        };
+        room.copy_from_slice(&self.storage.as_ref()[..needed]);
+        Ok(Belief::view(self.rank, storage))
+    }
+}

@@ -1,6 +1,6 @@
 //! One hypothesis about a movement under way: which skill, how long, since when.
 
-use super::latent::{Order, Row};
+use super::latent::{Order, Quantity, Row};
 use crate::Real;
 
 /// Which skill is performed, how long the whole movement takes and when it began.
@@ -58,15 +58,6 @@ impl<T: Real> Hypothesis<T> {
             phase: self.phase(time_s),
         }
     }
-}
-
-/// What of a DoF is observed or asked for when the duration is not known.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Quantity {
-    /// In the DoF's own unit.
-    Position,
-    /// In the DoF's unit per second; zero before the onset and after the end.
-    Velocity,
 }
 
 /// One observed number and when it was.

@@ -22,6 +22,15 @@ pub enum Order<T> {
     },
 }
 
+/// The same where the duration is given beside it, or not known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// In the DoF's own unit.
+    Position,
+    /// In the DoF's unit per second.
+    Velocity,
+}
+
 /// One DoF, its position or velocity, at one phase: a row of the observation matrix (eq. 13-16).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Row<T> {

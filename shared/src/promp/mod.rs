@@ -25,7 +25,7 @@
 //! [`Basis`] -> [`Latent`] and [`Row`] -> [`Skill`] -> [`Belief`] -> [`Trajectory`], [`Mixture`]; [`Bank`] where
 //! duration and onset are not known.
 //! All skills of a [`Mixture`] share one loading, so the row is computed once for all of them; each
-//! has its own mean and its own initial root.
+//! has its own mean and its own initial root. [`via_point`], [`Bridge`] and [`Blend`] compose movements.
 //!
 //! # Memory
 //!
@@ -43,6 +43,7 @@
 mod bank;
 mod basis;
 mod belief;
+mod compose;
 mod error;
 mod evidence;
 mod hypothesis;
@@ -54,8 +55,11 @@ mod trajectory;
 pub use bank::{Bank, BankError, Dropped, bank_len};
 pub use basis::{Basis, Family};
 pub use belief::{Belief, Innovation, belief_len};
+pub use compose::{
+    Active, Blend, Bridge, ComposeError, Signal, State, blend_len, hand_over, via_len, via_point,
+};
 pub use error::{BasisError, ConditionError, ModelError, RowError};
-pub use hypothesis::{Hypothesis, Observed, Quantity};
-pub use latent::{Latent, Order, Row, Skill, loading_len};
+pub use hypothesis::{Hypothesis, Observed};
+pub use latent::{Latent, Order, Quantity, Row, Skill, loading_len};
 pub use mixture::{Mixture, Observation, mixture_len};
 pub use trajectory::{Moments, Trajectory, trajectory_scratch_len};

@@ -85,6 +85,11 @@ impl<'a, T: Real> Trajectory<'a, T> {
         }
     }
 
+    /// Basis functions and latent dimensions, `(K, r)`.
+    pub(super) const fn shape(&self) -> (usize, usize) {
+        (self.latent.basis().count(), self.latent.rank())
+    }
+
     /// Mean and variance of a row. Cost: `K r + r^2` multiply-adds and the basis. `scratch` is at least
     /// [`trajectory_scratch_len`] long.
     ///

@@ -1,7 +1,8 @@
 //! What the hypotheses of a bank say together.
 
 use super::super::error::RowError;
-use super::super::hypothesis::{Hypothesis, Quantity};
+use super::super::hypothesis::Hypothesis;
+use super::super::latent::Quantity;
 use super::super::trajectory::Moments;
 use super::{Bank, BankError, check_time};
 use crate::Real;

@@ -2,7 +2,8 @@
 
 use super::super::belief::Belief;
 use super::super::error::ConditionError;
-use super::super::hypothesis::{Hypothesis, Observed, Quantity};
+use super::super::hypothesis::{Hypothesis, Observed};
+use super::super::latent::Quantity;
 use super::super::latent::{Latent, Row, Skill};
 use crate::Real;
 
