@@ -145,7 +145,7 @@ where
         let (mut cache, blocks, _) = self.split();
         // The first block without a hypothesis; the spare one when every slot is taken.
         let block = &mut blocks[live * belief_len(rank)..][..belief_len(rank)];
-        Belief::view(rank, &mut *block).start(skill.root());
+        Belief::view(rank, &mut *block).start(&skill);
         for seen in past {
             check(seen)?;
             cache.prepare(&latent, &skill, &hypothesis, seen, &mut *block)?;
