@@ -241,7 +241,7 @@ fn moments(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
 }
 
 /// Values as they enter the model: `[demonstration][dof][sample]`.
-fn encode(
+pub(super) fn encode(
     demonstrations: &[Demonstration],
     dofs: &[Dof],
 ) -> Result<Vec<Vec<Vec<f64>>>, LearnError> {
@@ -265,7 +265,7 @@ fn encode(
 }
 
 /// Standard deviation of each DoF over all samples.
-fn scales(encoded: &[Vec<Vec<f64>>], dofs: &[Dof]) -> Result<Vec<f64>, LearnError> {
+pub(super) fn scales(encoded: &[Vec<Vec<f64>>], dofs: &[Dof]) -> Result<Vec<f64>, LearnError> {
     let one = |(index, dof): (usize, &Dof)| {
         let samples = encoded
             .iter()
@@ -286,7 +286,7 @@ fn scales(encoded: &[Vec<Vec<f64>>], dofs: &[Dof]) -> Result<Vec<f64>, LearnErro
 }
 
 /// Weights of every demonstration, and the mean over them of what the weights leave, per DoF; scaled.
-fn fit_all(
+pub(super) fn fit_all(
     demonstrations: &[Demonstration],
     encoded: &[Vec<Vec<f64>>],
     scale: &[f64],

@@ -9,6 +9,7 @@
 //! value, so that no inferred stiffness is negative: values go in through [`Dof::encode`] and come out
 //! through [`Dof::decode`].
 
+pub mod cluster;
 mod dof;
 pub mod evaluate;
 
