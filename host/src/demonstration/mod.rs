@@ -120,6 +120,15 @@ impl Demonstration {
         })
     }
 
+    /// The same performance under another name.
+    #[must_use]
+    pub fn with_label(&self, label: impl Into<String>) -> Self {
+        Self {
+            label: label.into(),
+            ..self.clone()
+        }
+    }
+
     /// Name of the skill.
     #[must_use]
     pub fn label(&self) -> &str {

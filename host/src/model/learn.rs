@@ -226,6 +226,146 @@ fn from_fits(fits: Vec<Fitted>, given: &Hyperparameters) -> Result<Model, LearnE
     Ok(Model::assemble(parts)?)
 }
 
+/// Which demonstration is of which skill.
+struct Groups {
+    labels: Vec<String>,
+    counts: Vec<usize>,
+    skill: Vec<usize>,
+    durations: Vec<Durations>,
+}
+
+impl Groups {
+    fn of(demonstrations: &[Demonstration], given: &Hyperparameters) -> Result<Self, LearnError> {
+        let mut spans: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
+        for demonstration in demonstrations {
+            let (expected, got) = (given.dofs.len(), demonstration.values().len());
+            if expected != got {
+                return Err(LearnError::Dofs {
+                    file: demonstration.file().to_owned(),
+                    label: demonstration.label().to_owned(),
+                    expected,
+                    got,
+                });
+            }
+            let of_label = spans.entry(demonstration.label()).or_default();
+            of_label.push(demonstration.duration_s());
+        }
+        // A lone skill has only its own deviations.
+        let alone = LEAST_FREEDOM + 1;
+        let needed = if spans.len() == 1 {
+            alone
+        } else {
+            LEAST_PER_SKILL
+        };
+        if spans.is_empty() {
+            return Err(LearnError::None);
+        }
+        if let Some((label, of_label)) = spans.iter().find(|(_, s)| s.len() < needed) {
+            return Err(LearnError::TooFew {
+                label: (*label).to_owned(),
+                found: of_label.len(),
+                needed,
+            });
+        }
+        let index: BTreeMap<&str, usize> = spans.keys().copied().zip(0..).collect();
+        Ok(Self {
+            labels: spans.keys().map(|&label| label.to_owned()).collect(),
+            counts: spans.values().map(Vec::len).collect(),
+            skill: demonstrations.iter().map(|d| index[d.label()]).collect(),
+            durations: spans.values().map(|seconds| durations(seconds)).collect(),
+        })
+    }
+}
+
+fn durations(seconds: &[f64]) -> Durations {
+    let (mean_s, variance) = moments(seconds.iter().copied());
+    let n = seconds.len() as f64;
+    Durations {
+        mean_s,
+        std_s: libm::sqrt(variance * n / (n - 1.0)),
+        min_s: seconds.iter().copied().fold(f64::INFINITY, f64::min),
+        max_s: seconds.iter().copied().fold(0.0, f64::max),
+    }
+}
+
+/// Mean, and mean squared distance from it.
+fn moments(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
+    let n = values.clone().count() as f64;
+    let mean = values.clone().sum::<f64>() / n;
+    let squares = values.map(|value| (value - mean) * (value - mean));
+    (mean, squares.sum::<f64>() / n)
+}
+
+/// Values as they enter the model: `[demonstration][dof][sample]`.
+pub(super) fn encode(
+    demonstrations: &[Demonstration],
+    dofs: &[Dof],
+) -> Result<Vec<Vec<Vec<f64>>>, LearnError> {
+    let one = |demonstration: &Demonstration| {
+        let series = demonstration.values().iter().zip(dofs);
+        let encoded = series.map(|(values, dof)| {
+            let samples = values.iter().zip(demonstration.t_s());
+            let samples = samples.map(|(&value, &time_s)| {
+                dof.encode(value).map_err(|reason| LearnError::NotPositive {
+                    file: demonstration.file().to_owned(),
+                    label: demonstration.label().to_owned(),
+                    time_s,
+                    reason,
+                })
+            });
+            samples.collect::<Result<Vec<_>, _>>()
+        });
+        encoded.collect::<Result<Vec<_>, _>>()
+    };
+    demonstrations.iter().map(one).collect()
+}
+
+/// Standard deviation of each DoF over all samples.
+pub(super) fn scales(encoded: &[Vec<Vec<f64>>], dofs: &[Dof]) -> Result<Vec<f64>, LearnError> {
+    let one = |(index, dof): (usize, &Dof)| {
+        let samples = encoded
+            .iter()
+            .flat_map(|series| series[index].iter().copied());
+        let (value, variance) = moments(samples);
+        let dof = dof.name.clone();
+        if !variance.is_finite() {
+            return Err(LearnError::TooLarge { dof });
+        }
+        let scale = libm::sqrt(variance);
+        if scale > CONSTANT * value.abs() {
+            Ok(scale)
+        } else {
+            Err(LearnError::Constant { dof, value })
+        }
+    };
+    dofs.iter().enumerate().map(one).collect()
+}
+
+/// Weights of every demonstration, and the mean over them of what the weights leave, per DoF; scaled.
+pub(super) fn fit_all(
+    demonstrations: &[Demonstration],
+    encoded: &[Vec<Vec<f64>>],
+    scale: &[f64],
+    given: &Hyperparameters,
+) -> Result<(Vec<DVector<f64>>, Vec<f64>), LearnError> {
+    let mut weights = Vec::with_capacity(demonstrations.len());
+    let mut variance = vec![0.0; scale.len()];
+    for (demonstration, series) in demonstrations.iter().zip(encoded) {
+        let scaled = series.iter().zip(scale);
+        let scaled: Vec<_> = scaled
+            .map(|(values, s)| DVector::from_iterator(values.len(), values.iter().map(|v| v / s)))
+            .collect();
+        let phases = design(&given.basis, demonstration.phases())?;
+        let fitted = fit(&phases, &scaled, given.ridge)
+            .ok_or(LearnError::Numerical("least squares fit of the weights"))?;
+        for (sum, one) in variance.iter_mut().zip(&fitted.residual_variance) {
+            *sum += one / demonstrations.len() as f64;
+        }
+        weights.push(fitted.weights);
+    }
+    Ok((weights, variance))
+}
+
 /// Mean square along the movement of what the rows of `outside` (weights) draw, per DoF.
 fn outside_variance(
     outside: &DMatrix<f64>,

@@ -11,6 +11,7 @@
 
 pub mod calibration;
 pub mod compose;
+pub mod cluster;
 mod dof;
 pub mod evaluate;
 
