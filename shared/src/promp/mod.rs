@@ -43,6 +43,7 @@ mod belief;
 mod error;
 mod latent;
 mod mixture;
+mod novelty;
 mod trajectory;
 
 pub use basis::{Basis, Family};
@@ -50,4 +51,5 @@ pub use belief::{Belief, Innovation, belief_len};
 pub use error::{BasisError, ConditionError, ModelError, RowError};
 pub use latent::{Latent, Order, Row, Skill, loading_len};
 pub use mixture::{Mixture, Observation, mixture_len};
+pub use novelty::{Known, Novelty, Watch, WatchError, triangle_len, watch_len};
 pub use trajectory::{Moments, Trajectory, trajectory_scratch_len};
