@@ -49,7 +49,7 @@ mod evidence;
 mod hypothesis;
 mod latent;
 mod mixture;
-
+mod novelty;
 mod trajectory;
 
 pub use bank::{Bank, BankError, Dropped, bank_len};
@@ -62,4 +62,5 @@ pub use error::{BasisError, ConditionError, ModelError, RowError};
 pub use hypothesis::{Hypothesis, Observed};
 pub use latent::{Latent, Order, Quantity, Row, Skill, loading_len};
 pub use mixture::{Mixture, Observation, mixture_len};
+pub use novelty::{Known, Novelty, Watch, WatchError, triangle_len, watch_len};
 pub use trajectory::{Moments, Trajectory, trajectory_scratch_len};
