@@ -5,6 +5,7 @@
 mod demo;
 mod envelope;
 mod eval;
+mod experiment;
 mod infer;
 mod info;
 mod options;
@@ -44,6 +45,7 @@ enum Verb {
     Demo(demo::DemoArgs),
     Envelope(envelope::EnvelopeArgs),
     Eval(eval::EvalArgs),
+    Experiment(experiment::ExperimentArgs),
     Infer(infer::InferArgs),
     Info(info::InfoArgs),
     Train(train::TrainArgs),
@@ -78,6 +80,7 @@ fn run(Tonus { json, demo, verb }: Tonus) -> anyhow::Result<()> {
         Verb::Demo(args) => args.run(json),
         Verb::Envelope(args) => args.run(json),
         Verb::Eval(args) => args.run(json),
+        Verb::Experiment(args) => args.run(json),
         Verb::Infer(args) => args.run(json),
         Verb::Info(args) => args.run(json),
         Verb::Train(args) => args.run(json),

@@ -35,6 +35,13 @@ impl Progress {
         }
     }
 
+    /// What is being done now.
+    pub(crate) fn says(&self, what: &'static str) {
+        if let Some(bar) = &self.0 {
+            bar.set_message(what);
+        }
+    }
+
     /// Takes the bar away.
     pub(crate) fn finish(self) {
         if let Some(bar) = self.0 {

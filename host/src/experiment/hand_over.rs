@@ -2,12 +2,21 @@
 
 use std::collections::BTreeMap;
 
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
-use super::figures::Inference;
-use super::{Config, ExperimentError, Progress};
+use super::bands::{Errors, errors, figure, infer, robot_stiffness_ranges};
+use super::figures::{Inference, Observed};
+use super::look::{HAND, HAND_STIFFNESS, Look, ROBOT, ROBOT_STIFFNESS};
+use super::statistics::{mean, median, rank_correlation, root_mean_square};
+use super::{Config, ExperimentError, Progress, data};
 use crate::demonstration::Demonstration;
-use crate::model::Model;
+use crate::model::recognise::Recogniser;
+use crate::model::{Model, Shrinkage, learn};
+use crate::session::DOFS;
+use crate::simulate::skills::pull_target_m;
+use crate::simulate::tracker::TrackerNoise;
 
 /// What was found.
 #[derive(Debug, Clone, Serialize)]
@@ -133,13 +142,288 @@ pub struct Figures {
     pub model: Option<Model>,
 }
 
+/// New motions along each of the three cases; as many altogether lie between the cases.
+const NEW_EACH: usize = 51;
+/// Biased motions along each case.
+const BIASED_EACH: usize = 20;
+/// Phases that the schemes observe.
+const LAST: [f64; 1] = [1.0];
+const LAST_FOUR: [f64; 4] = [0.7, 0.8, 0.9, 1.0];
+/// Of the new motions, every so many are in the sweeps.
+const SWEEP_STRIDE: usize = 3;
+
 /// Runs the experiment.
+///
+/// The demonstrated cases are one skill: 30 demonstrations, one Gaussian. The tracker has its jitter and no slow
+/// bias, but for [`HandOver::believing_in_bias`].
 ///
 /// # Errors
 /// [`ExperimentError`] says which part failed.
 pub fn run(
-    _config: &Config,
-    _progress: &mut dyn FnMut(Progress),
+    config: &Config,
+    progress: &mut dyn FnMut(Progress),
 ) -> Result<HandOver, ExperimentError> {
-    unimplemented!("lands within the hour")
+    let mut step = 0;
+    let mut next = |what| {
+        progress(Progress {
+            what,
+            done: step,
+            total: 6,
+        });
+        step += 1;
+    };
+    next("hand-over: 30 demonstrations, two passes each");
+    let demonstrations = data::hand_over(config)?;
+    next("hand-over: new motions");
+    let new = data::new_hand_over(NEW_EACH, config)?;
+    let six = data::six_hand_overs(config)?;
+    let biased = data::biased_hand_over(BIASED_EACH, config)?;
+    next("hand-over: learning");
+    let model = learn(
+        &demonstrations,
+        &data::hyperparameters(Shrinkage::LeaveOneOut)?,
+    )?;
+    let view = model.view()?;
+    let mut asked = Asked {
+        recogniser: Recogniser::new(&model, &view)?,
+        ranges: robot_stiffness_ranges(&demonstrations),
+        noise: ChaCha8Rng::seed_from_u64(config.seed),
+    };
+    next("hand-over: new motions inferred");
+    let [a, b, c] = schemes_of();
+    let a = asked.scheme(&a, &new)?;
+    let b = asked.scheme(&b, &new)?;
+    let c = asked.scheme(&c, &new)?;
+    let (six_one_by_one, inferences) = asked.one_by_one(&six)?;
+    next("hand-over: sweeps");
+    let some: Vec<&Demonstration> = new.iter().step_by(SWEEP_STRIDE).collect();
+    let by_observations = asked.sweep(&some, (1..=10).map(|n| n as f64), |n, with_semg| {
+        Look::at(&spread(n as usize, 0.7, 1.0), with_semg)
+    })?;
+    let by_fraction = asked.sweep(&some, [0.2, 0.3, 0.5, 1.0].into_iter(), |f, with_semg| {
+        Look::at(&LAST_FOUR.map(|phase| f * phase), with_semg)
+    })?;
+    let noises = (0..=5).map(|cm| f64::from(cm) * 0.01);
+    let by_noise_m = asked.sweep(&some, noises, |noise_m, with_semg| {
+        Look::at(&LAST_FOUR, with_semg).in_noise(noise_m)
+    })?;
+    next("hand-over: believing in bias");
+    let reach = asked.reach(&new)?;
+
+    Ok(HandOver {
+        a,
+        b,
+        c,
+        six: six_one_by_one,
+        reach_stiffness_correlation: rank_correlation(&reach),
+        stiffness_y_by_reach: asked.by_reach()?,
+        by_observations,
+        by_fraction,
+        by_noise_m,
+        believing_in_bias: asked.bias(&biased)?,
+        figures: Figures {
+            demonstrations,
+            six,
+            inferences,
+            model: Some(model.clone()),
+        },
+    })
+}
+
+/// x and y of the hand alone: the movement is in that plane.
+fn in_plane(look: Look) -> Look {
+    let dofs = look.dofs.into_iter().filter(|&dof| dof != HAND[2]);
+    Look {
+        dofs: dofs.collect(),
+        ..look
+    }
+}
+
+/// Schemes (a), (b), (c).
+fn schemes_of() -> [Look; 3] {
+    [
+        in_plane(Look::at(&LAST, false)),
+        in_plane(Look::at(&LAST, true)),
+        in_plane(Look::at(&LAST_FOUR, true)),
+    ]
+}
+
+/// `count` phases equally spaced from `from` to `to`; a single one is at the end.
+fn spread(count: usize, from: f64, to: f64) -> Vec<f64> {
+    let step = (to - from) / count.saturating_sub(1).max(1) as f64;
+    (0..count).rev().map(|n| to - step * n as f64).collect()
+}
+
+/// A model that is asked about movements.
+struct Asked<'m> {
+    recogniser: Recogniser<'m>,
+    ranges: [f64; 3],
+    noise: ChaCha8Rng,
+}
+
+impl Asked<'_> {
+    /// There is one skill, number 0.
+    fn errors(&mut self, look: &Look, movement: &Demonstration) -> Result<Errors, ExperimentError> {
+        errors(
+            look,
+            &mut self.recogniser,
+            (movement, 0),
+            &mut self.noise,
+            &self.ranges,
+        )
+    }
+
+    fn all<'d>(
+        &mut self,
+        look: &Look,
+        movements: impl IntoIterator<Item = &'d Demonstration>,
+    ) -> Result<Vec<Errors>, ExperimentError> {
+        let movements = movements.into_iter();
+        movements
+            .map(|movement| self.errors(look, movement))
+            .collect()
+    }
+
+    fn scheme(&mut self, look: &Look, new: &[Demonstration]) -> Result<Scheme, ExperimentError> {
+        let errors = self.all(look, new)?;
+        let between = new.iter().filter(|d| d.trial().starts_with("between"));
+        let covered = DOFS.iter().enumerate().map(|(dof, name)| {
+            let of_dof: Vec<f64> = errors.iter().map(|e| e.covered[dof]).collect();
+            ((*name).to_owned(), mean(&of_dof))
+        });
+        Ok(Scheme {
+            motions: new.len(),
+            between: between.count(),
+            end_point_error_m: of(&errors, |e| e.end_point_m, median),
+            path_rmse_m: of(&errors, |e| e.path_m, median),
+            stiffness_nrmse: of(&errors, |e| e.stiffness, root_mean_square),
+            coverage_95: of(&errors, Errors::coverage, mean),
+            coverage_95_by_dof: covered.collect(),
+        })
+    }
+
+    /// The six motions under each scheme, as numbers and as figures.
+    fn one_by_one(
+        &mut self,
+        six: &[Demonstration],
+    ) -> Result<(Vec<NewMotion>, Vec<Vec<Inference>>), ExperimentError> {
+        let mut inferences = vec![Vec::with_capacity(six.len()); 3];
+        let mut motions = Vec::with_capacity(six.len());
+        for (index, movement) in (1..).zip(six) {
+            let mut errors = Vec::with_capacity(3);
+            for ((look, name), shown) in
+                (schemes_of().iter().zip(["a", "b", "c"])).zip(&mut inferences)
+            {
+                let observed = look.of(movement, &mut self.noise);
+                look.observe(&mut self.recogniser, &observed)?;
+                let bands = infer(&mut self.recogniser, 0, movement)?;
+                errors.push(Errors::of(&bands, &self.ranges));
+                let name = format!("motion {index} ({}), scheme {name}", movement.trial());
+                shown.push(figure(name, movement.label(), movement, (&observed, bands)));
+            }
+            let each = |of: fn(&Errors) -> f64| std::array::from_fn(|scheme| of(&errors[scheme]));
+            motions.push(NewMotion {
+                index,
+                between: movement.trial().starts_with("between"),
+                target_y_m: target_y_m(movement),
+                end_point_error_m: each(|e| e.end_point_m),
+                path_rmse_m: each(|e| e.path_m),
+                stiffness_nrmse: each(|e| e.stiffness),
+            });
+        }
+        Ok((motions, inferences))
+    }
+
+    fn sweep(
+        &mut self,
+        movements: &[&Demonstration],
+        points: impl Iterator<Item = f64>,
+        look: impl Fn(f64, bool) -> Look,
+    ) -> Result<Vec<Accuracy>, ExperimentError> {
+        let mut point = |at| {
+            let with = self.all(&in_plane(look(at, true)), movements.iter().copied())?;
+            let without = self.all(&in_plane(look(at, false)), movements.iter().copied())?;
+            Ok(Accuracy {
+                at,
+                end_point_error_m: of(&with, |e| e.end_point_m, median),
+                end_point_error_without_semg_m: of(&without, |e| e.end_point_m, median),
+                coverage_95: of(&with, Errors::coverage, mean),
+                stiffness_nrmse: of(&with, |e| e.stiffness, root_mean_square),
+                stiffness_nrmse_without_semg: of(&without, |e| e.stiffness, root_mean_square),
+            })
+        };
+        points.map(&mut point).collect()
+    }
+
+    /// Reach in y, and human stiffness in y at the end inferred from x-y alone, of every motion.
+    fn reach(&mut self, new: &[Demonstration]) -> Result<Vec<(f64, f64)>, ExperimentError> {
+        let [look, _, _] = schemes_of();
+        let one = |movement: &Demonstration| {
+            look.observe(&mut self.recogniser, &look.of(movement, &mut self.noise))?;
+            let stiffness = self.recogniser.predict(0, HAND_STIFFNESS[1], 1.0)?;
+            Ok((target_y_m(movement), stiffness.mean))
+        };
+        new.iter().map(one).collect()
+    }
+
+    /// The same along the middle of the lines, for the table.
+    fn by_reach(&mut self) -> Result<Vec<Reach>, ExperimentError> {
+        let [look, _, _] = schemes_of();
+        let mut at = |case: f64| {
+            let target_m = pull_target_m(case);
+            let observed = look.dofs.iter().map(|&dof| Observed {
+                dof,
+                phase: 1.0,
+                value: target_m[dof],
+            });
+            look.observe(&mut self.recogniser, &observed.collect::<Vec<_>>())?;
+            Ok(Reach {
+                target_y_m: target_m[1],
+                human_ky_n_per_m: self.recogniser.predict(0, HAND_STIFFNESS[1], 1.0)?.mean,
+                robot_ky_n_per_m: self.recogniser.predict(0, ROBOT_STIFFNESS[1], 1.0)?.mean,
+            })
+        };
+        [0.0, 0.5, 1.0, 1.5, 2.0].into_iter().map(&mut at).collect()
+    }
+
+    fn bias(&mut self, biased: &[Demonstration]) -> Result<Bias, ExperimentError> {
+        let bias_sd_m = TrackerNoise::STATED.bias_sd_m;
+        let one = self.all(&in_plane(Look::at(&LAST, false)), biased)?;
+        let several = in_plane(Look::at(&LAST_FOUR, false));
+        let told = Look {
+            doubt_m: bias_sd_m * libm::sqrt(LAST_FOUR.len() as f64),
+            ..several.clone()
+        };
+        let several = self.all(&several, biased)?;
+        let told = self.all(&told, biased)?;
+        Ok(Bias {
+            bias_sd_m,
+            path_rmse_one_m: of(&one, |e| e.path_m, median),
+            path_rmse_several_m: of(&several, |e| e.path_m, median),
+            coverage_95_one: of(&one, robot_coverage, mean),
+            coverage_95_several: of(&several, robot_coverage, mean),
+            coverage_95_several_told: of(&told, robot_coverage, mean),
+        })
+    }
+}
+
+/// Of the robot's position: the person's is recorded with the bias.
+fn robot_coverage(errors: &Errors) -> f64 {
+    mean(&ROBOT.map(|dof| errors.covered[dof]))
+}
+
+fn of(errors: &[Errors], figure: fn(&Errors) -> f64, over: fn(&[f64]) -> f64) -> f64 {
+    over(&errors.iter().map(figure).collect::<Vec<_>>())
+}
+
+/// Where the hand was sent, from the line's name; NaN of another name.
+fn target_y_m(movement: &Demonstration) -> f64 {
+    let line = movement
+        .trial()
+        .split_once(' ')
+        .map(|(_, line)| line.parse::<f64>());
+    match line {
+        Some(Ok(line)) => pull_target_m(line - 1.0)[1],
+        _ => f64::NAN,
+    }
 }

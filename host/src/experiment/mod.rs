@@ -8,14 +8,18 @@
 //! are lost, and the tracker. Accuracy is on movements that were held out unless a field says `training`.
 //! Duration and start of each movement are known (an oracle) unless a field says `unknown_tempo`.
 
+mod bands;
 pub mod data;
 pub mod figures;
 pub mod hand_over;
+mod look;
 pub mod object_matching;
 pub mod pick_and_place;
 pub mod recordings;
+mod statistics;
 
 use serde::Serialize;
+use serde_json::Value;
 
 use crate::demonstration::{DemonstrationError, ReadError};
 use crate::model::recognise::RecogniseError;
@@ -149,6 +153,47 @@ pub enum ExperimentError {
     /// A recording that holds no demonstrations.
     #[error(transparent)]
     Read(#[from] ReadError),
+}
+
+impl Results {
+    /// Nothing found yet.
+    #[must_use]
+    pub fn of(seed: u64) -> Self {
+        Self {
+            seed,
+            hand_over: None,
+            object_matching: None,
+            pick_and_place: None,
+            recordings: None,
+        }
+    }
+}
+
+/// Documents of one shape, number by number averaged; what is no number is the first one's. Numbers that are the
+/// same everywhere stay what they are.
+#[must_use]
+pub fn mean_of(documents: &[Value]) -> Value {
+    let Some(first) = documents.first() else {
+        return Value::Null;
+    };
+    let below = |of: &dyn Fn(&Value) -> Option<Value>| -> Value {
+        mean_of(&documents.iter().filter_map(of).collect::<Vec<_>>())
+    };
+    match first {
+        Value::Object(keys) => {
+            let one = |key: &String| (key.clone(), below(&|d| d.get(key).cloned()));
+            Value::Object(keys.keys().map(one).collect())
+        }
+        Value::Array(items) => {
+            let one = |index: usize| below(&|d| d.get(index).cloned());
+            Value::Array((0..items.len()).map(one).collect())
+        }
+        Value::Number(_) if documents.iter().any(|d| d != first) => {
+            let numbers: Vec<f64> = documents.iter().filter_map(Value::as_f64).collect();
+            Value::from(statistics::mean(&numbers))
+        }
+        other => other.clone(),
+    }
 }
 
 impl Score {

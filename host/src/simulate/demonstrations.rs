@@ -1,10 +1,12 @@
 //! Labelled demonstrations, recorded through the whole chain: what arrives is joined by the time it describes.
 
+use super::operator::{Operation, wanted_m};
 use super::rig::{Rig, RigConfig, RigError};
 use super::scripted::{self, RobotPoint};
+use super::seeded;
 use super::skills::DURATION_US;
 use super::tracker::TrackedHand;
-use super::wearer::{Action, Task};
+use super::wearer::{Action, Span, Task};
 use tonus_shared::wire::{Packet, Stream};
 
 /// Positions are interpolated between frames at most this far apart, microseconds: a longer gap is an occlusion,
@@ -33,6 +35,32 @@ pub struct Demonstration {
     pub rows: Vec<Row>,
 }
 
+/// One instant of a movement as the host sensed it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sensed {
+    /// Time since the movement began, microseconds; before it, below zero.
+    pub since_us: i64,
+    /// Position of the hand as tracked: shoulder frame, metres.
+    pub hand_m: [f64; 3],
+    /// Stiffness of the hand as streamed, N/m.
+    pub n_per_m: [f64; 3],
+}
+
+#[allow(clippy::cast_precision_loss, reason = "seconds")]
+impl Sensed {
+    /// Time since the movement began, seconds.
+    #[must_use]
+    pub fn t_s(&self) -> f64 {
+        self.since_us as f64 * 1e-6
+    }
+
+    /// Share of a movement of `duration_us` that is over.
+    #[must_use]
+    pub fn phase(&self, duration_us: u64) -> f64 {
+        self.since_us as f64 / duration_us as f64
+    }
+}
+
 /// Lets a wearer do the actions one after another and records each of them.
 ///
 /// Human positions are the tracker's, interpolated to the time that the stiffness describes; human stiffness is the
@@ -45,8 +73,35 @@ pub fn record(actions: &[Action], config: &RigConfig) -> Result<Vec<Demonstratio
         .iter()
         .map(|&action| Task::Perform(action))
         .collect();
-    let mut rig = Rig::new(&tasks, config)?;
-    let starts_us: Vec<u64> = rig.spans().iter().map(|span| span.start_us).collect();
+    let row = |action: &Action, sensed: Sensed| Row {
+        t_s: sensed.t_s(),
+        human_m: sensed.hand_m,
+        human_n_per_m: sensed.n_per_m,
+        robot: scripted::robot(action, sensed.phase(DURATION_US)),
+    };
+    let recorded = actions.iter().zip(sense(&tasks, 0, config)?);
+    Ok(recorded
+        .map(|(action, instants)| Demonstration {
+            action: *action,
+            rows: (instants.into_iter())
+                .map(|sensed| row(action, sensed))
+                .collect(),
+        })
+        .collect())
+}
+
+/// Lets a wearer do the tasks one after another; for each of them what the host sensed from `margin_us` before its
+/// begin to `margin_us` after its end.
+///
+/// # Errors
+/// [`RigError`] as from [`Rig`].
+pub fn sense(
+    tasks: &[Task],
+    margin_us: u64,
+    config: &RigConfig,
+) -> Result<Vec<Vec<Sensed>>, RigError> {
+    let mut rig = Rig::new(tasks, config)?;
+    let spans = rig.spans().to_vec();
     let (mut streams, mut hands) = (Vec::new(), Vec::new());
     while let Some(step) = rig.step()? {
         hands.extend(step.hand);
@@ -64,43 +119,113 @@ pub fn record(actions: &[Action], config: &RigConfig) -> Result<Vec<Demonstratio
     // Late and doubled packets: a recording can wait for their turn.
     streams.sort_by_key(|(describes_us, _)| *describes_us);
     streams.dedup_by_key(|(describes_us, _)| *describes_us);
-    Ok(actions
+    Ok(spans
         .iter()
-        .zip(starts_us)
-        .map(|(action, start_us)| Demonstration {
-            action: *action,
-            rows: rows(action, start_us, &streams, &hands),
-        })
+        .map(|span| instants(span, margin_us, &streams, &hands))
         .collect())
 }
 
-fn rows(
-    action: &Action,
-    start_us: u64,
+fn instants(
+    span: &Span,
+    margin_us: u64,
     streams: &[(u64, Stream)],
     hands: &[TrackedHand],
-) -> Vec<Row> {
-    let from = streams.partition_point(|(at_us, _)| *at_us < start_us);
-    let to = streams.partition_point(|(at_us, _)| *at_us <= start_us + DURATION_US);
-    let row = |(describes_us, stream): &(u64, Stream)| {
-        let human_m = hand_at(hands, *describes_us)?;
-        #[allow(clippy::cast_precision_loss, reason = "at most two seconds")]
-        let since_us = (describes_us - start_us) as f64;
-        #[allow(clippy::cast_precision_loss, reason = "two seconds")]
-        let robot = scripted::robot(action, since_us / DURATION_US as f64);
-        Some(Row {
-            t_s: since_us * 1e-6,
-            human_m,
-            human_n_per_m: stream.stiffness_n_per_m.map(f64::from),
-            robot,
+) -> Vec<Sensed> {
+    let begin_us = span.start_us.saturating_sub(margin_us);
+    let from = streams.partition_point(|(at_us, _)| *at_us < begin_us);
+    let to = streams.partition_point(|(at_us, _)| *at_us <= span.end_us + margin_us);
+    let sensed = |(describes_us, stream): &(u64, Stream)| {
+        let hand_m = hand_at(hands, *describes_us)?;
+        Some(Sensed {
+            since_us: describes_us.checked_signed_diff(span.start_us)?,
+            hand_m,
+            n_per_m: stream.stiffness_n_per_m.map(f64::from),
         })
     };
     streams
         .get(from..to)
         .unwrap_or_default()
         .iter()
-        .filter_map(row)
+        .filter_map(sensed)
         .collect()
+}
+
+/// One action in twelve series: hand position and stiffness, robot position and stiffness.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Teleoperated {
+    /// Times since the action began, seconds.
+    pub t_s: Vec<f64>,
+    /// `[3 + 3 + 3 + 3][sample]`, metres and N/m.
+    pub values: Vec<Vec<f64>>,
+}
+
+/// Lets a person do each action before the tracker and electrodes of `person`, then show the robot's part of each in a
+/// second pass before those of `operator`, and joins the two by the time since the action began.
+///
+/// The robot's position is where the operator's tracked hand leads it, its stiffness the operator's own as streamed,
+/// both interpolated to the times of the first pass.
+///
+/// # Errors
+/// [`RigError`] as from [`Rig`].
+pub fn teleoperated(
+    actions: &[Action],
+    person: &RigConfig,
+    operator: &RigConfig,
+) -> Result<Vec<Teleoperated>, RigError> {
+    let first: Vec<_> = actions
+        .iter()
+        .map(|&action| Task::Perform(action))
+        .collect();
+    let mut rng = seeded(operator.seed, "operator");
+    let second: Vec<_> = actions
+        .iter()
+        .map(|action| Task::Operate(Operation::sample(action, &mut rng)))
+        .collect();
+    let human = sense(&first, 0, person)?;
+    let shown = sense(&second, 0, operator)?;
+    let joined = human.iter().zip(shown);
+    Ok(joined
+        .map(|(human, shown)| join(human, &shown, &follow(&shown)))
+        .collect())
+}
+
+/// Where the robot is at each instant of the operator's hand.
+fn follow(shown: &[Sensed]) -> Vec<[f64; 3]> {
+    shown.iter().map(|s| wanted_m(s.hand_m)).collect()
+}
+
+fn join(human: &[Sensed], shown: &[Sensed], robot_m: &[[f64; 3]]) -> Teleoperated {
+    let mut values = vec![Vec::with_capacity(human.len()); 12];
+    let mut t_s = Vec::with_capacity(human.len());
+    for now in human {
+        let next = shown.partition_point(|s| s.since_us < now.since_us);
+        let (Some(after), Some(after_m)) = (
+            shown.get(next).or(shown.last()),
+            robot_m.get(next).or(robot_m.last()),
+        ) else {
+            continue;
+        };
+        let before = next.saturating_sub(1);
+        let (before, before_m) = (shown.get(before).unwrap_or(after), robot_m.get(before));
+        let gap_us = after.since_us - before.since_us;
+        #[allow(clippy::cast_precision_loss, reason = "at most two seconds")]
+        let way = if gap_us > 0 {
+            ((now.since_us - before.since_us) as f64 / gap_us as f64).min(1.0)
+        } else {
+            1.0
+        };
+        let between = |from: [f64; 3], to: [f64; 3]| -> [f64; 3] {
+            std::array::from_fn(|axis| from[axis] + way * (to[axis] - from[axis]))
+        };
+        let robot_m = between(*before_m.unwrap_or(after_m), *after_m);
+        let firm = between(before.n_per_m, after.n_per_m);
+        t_s.push(now.t_s());
+        let row = [now.hand_m, now.n_per_m, robot_m, firm].concat();
+        for (series, value) in values.iter_mut().zip(row) {
+            series.push(value);
+        }
+    }
+    Teleoperated { t_s, values }
 }
 
 /// The tracker's position at `at_us` by linear interpolation between the frames around it (in order of

@@ -9,7 +9,7 @@
 //! in the recordings that the tests hold it against. Offset and drift are the electrodes', hum the mains',
 //! and the artefact moves with the hand (cables pulled by acceleration) and jumps when a cable is tugged.
 
-use super::muscle::CHANNELS;
+use super::muscle::{CHANNEL_NAMES, CHANNELS};
 use super::seeded;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -96,18 +96,12 @@ impl Electrodes {
     pub fn new(seed: u64) -> Result<Self, ElectrodesError> {
         let high_pass = design::high_pass(RATE_HZ, 35.0, 2)?;
         let low_pass = design::low_pass(RATE_HZ, 110.0, 2)?;
-        const NAMES: [&str; CHANNELS] = [
-            "biceps short",
-            "biceps long",
-            "triceps lateral",
-            "triceps long",
-        ];
         Ok(Self {
             scale: adc_scale()?,
             unit_gain: unit_gain(&high_pass, &low_pass),
             high_pass,
             low_pass,
-            channels: NAMES.map(|name| Channel::new(seeded(seed, name))),
+            channels: CHANNEL_NAMES.map(|name| Channel::new(seeded(seed, name))),
             index: 0,
         })
     }

@@ -6,17 +6,22 @@
 //!   +--> muscle (activation) --> emg (counts) --> shared pipeline --> link --> host
 //! ```
 //!
-//! [`rig`] connects all of it and [`demonstrations`] records from it; [`scripted`] is the robot's part.
+//! [`rig`] connects all of it and [`demonstrations`] records from it; [`scripted`] is the robot's part, and
+//! [`operator`] the person's second pass in which they show it.
 //! [`difficulty`] holds the simulator to its word: how well the best possible recogniser does on the
 //! simulator's own true densities.
 
+pub mod arm;
 pub mod demonstrations;
 pub mod difficulty;
 pub mod emg;
 pub mod muscle;
+pub mod operator;
 pub mod rig;
 pub mod scripted;
+pub mod signals;
 pub mod skills;
+pub mod teleoperation;
 pub mod tracker;
 pub mod wearer;
 

@@ -15,6 +15,13 @@ use tonus_shared::stiffness::GRAVITY_M_S2;
 
 /// Channels of sEMG that the wearer carries.
 pub const CHANNELS: usize = 4;
+/// Their names, in their order.
+pub const CHANNEL_NAMES: [&str; CHANNELS] = [
+    "biceps short",
+    "biceps long",
+    "triceps lateral",
+    "triceps long",
+];
 /// Moment of the elbow at maximum voluntary contraction, N m.
 const STRENGTH_N_M: f64 = 35.0;
 /// Horizontal distance from the elbow to the load, metres.
@@ -67,14 +74,15 @@ impl Vigour {
     }
 }
 
-/// Mass of what a skill lifts, kg; none for the hand-over.
+/// Mass of what a skill lifts, kg; none for the hand-over and the empty hand.
 #[must_use]
 pub fn load_kg(skill: Skill) -> f64 {
     match skill {
         Skill::LiftFilter => 3.5,
         Skill::LiftBook => 1.6,
         Skill::LiftBottle => 0.5,
-        Skill::HandOver => 0.0,
+        Skill::Pick | Skill::Place => 1.0,
+        Skill::HandOver | Skill::Pull | Skill::Reach => 0.0,
     }
 }
 
@@ -84,15 +92,21 @@ pub fn load_kg(skill: Skill) -> f64 {
 #[must_use]
 pub fn demand(skill: Skill, latent: &Latent, overshoot: f64, s: f64) -> f64 {
     let forearm = FOREARM_N_M * minimum_jerk(s / 0.2);
+    let weight = load_kg(skill) * GRAVITY_M_S2 * LEVER_M;
     let load = match skill {
-        Skill::HandOver => {
+        Skill::HandOver | Skill::Pull => {
             let y_m = skill.position_m(latent, s)[1];
             BAND_N_PER_M * (y_m - BAND_TAUT_M).max(0.0) * LEVER_M
         }
         Skill::LiftFilter | Skill::LiftBook | Skill::LiftBottle => {
-            let moment = load_kg(skill) * GRAVITY_M_S2 * LEVER_M;
-            moment * (minimum_jerk((s - 0.42) / 0.12) + overshoot * surge((s - 0.44) / 0.10))
+            weight * (minimum_jerk((s - 0.42) / 0.12) + overshoot * surge((s - 0.44) / 0.10))
         }
+        Skill::Reach => 0.0,
+        Skill::Pick => {
+            weight * (minimum_jerk((s - 0.02) / 0.12) + overshoot * surge((s - 0.04) / 0.10))
+        }
+        // In the hand already, at rest before; put down at the end.
+        Skill::Place => weight * (minimum_jerk(s / 0.10) - minimum_jerk((s - 0.88) / 0.12)),
     };
     (forearm + load) / STRENGTH_N_M
 }
@@ -102,8 +116,13 @@ pub fn demand(skill: Skill, latent: &Latent, overshoot: f64, s: f64) -> f64 {
 pub fn activation(skill: Skill, latent: &Latent, vigour: &Vigour, s: f64) -> [f64; CHANNELS] {
     let demand = demand(skill, latent, vigour.overshoot, s);
     let (biceps, triceps) = match skill {
-        Skill::HandOver => (CO_CONTRACTING, WORKING),
-        Skill::LiftFilter | Skill::LiftBook | Skill::LiftBottle => (WORKING, CO_CONTRACTING),
+        Skill::HandOver | Skill::Pull => (CO_CONTRACTING, WORKING),
+        Skill::LiftFilter
+        | Skill::LiftBook
+        | Skill::LiftBottle
+        | Skill::Reach
+        | Skill::Pick
+        | Skill::Place => (WORKING, CO_CONTRACTING),
     };
     let shares = [biceps[0], biceps[1], triceps[0], triceps[1]];
     std::array::from_fn(|channel| (demand * shares[channel] * vigour.gains[channel]).min(LARGEST))

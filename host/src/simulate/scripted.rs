@@ -1,6 +1,7 @@
 //! What the robot is shown to do beside the person: scripted demonstrations.
 //!
-//! Teleoperation is an experiment of its own; here a script takes the operator's place. The robot's motion
+//! In the demo this script takes an operator's place; in the experiments an operator follows its path
+//! ([`super::operator`]). The robot's motion
 //! follows the same latents as the hand's, and its stiffness the effort of the person's muscles, so that what
 //! is to be learnt (motion of one tells motion of the other, effort tells stiffness) is there to be learnt.
 //!
@@ -8,11 +9,12 @@
 //! half round the vertical and lies at [`SHOULDER_M`].
 //!
 //! - Hand-over: the robot goes from its home to where the person's hand will be, and meets it.
+//! - Reach, pick, place: the robot does the same on its own table, from the same start to the same end.
 //! - Lifts: the robot picks its own copy of the object, displaced as the person's grasp is, and carries it to
 //!   that object's shelf.
 
 use super::muscle::CHANNELS;
-use super::skills::{Skill, goal_m, minimum_jerk};
+use super::skills::{Skill, goal_m, minimum_jerk, straightened};
 use super::wearer::Action;
 
 /// The person's shoulder in the robot's base frame, metres.
@@ -21,6 +23,8 @@ pub const SHOULDER_M: [f64; 3] = [1.05, 0.0, 0.75];
 pub const HOME_M: [f64; 3] = [0.40, 0.0, 0.45];
 /// Where the robot picks when the person grasps at the usual place, metres.
 const PICK_M: [f64; 3] = [0.55, -0.25, 0.15];
+/// The origin of the robot's own table in pick-and-place: where its shoulder would be if it were a person's, metres.
+const TABLE_M: [f64; 3] = [0.10, 0.0, 0.60];
 /// How the robot is stiff without effort, N/m, and how much each unit of mean activation adds.
 const SOFT_N_PER_M: [f64; 3] = [250.0, 250.0, 300.0];
 const EFFORT_N_PER_M: [f64; 3] = [900.0, 900.0, 2500.0];
@@ -55,7 +59,12 @@ pub fn robot(action: &Action, s: f64) -> RobotPoint {
 }
 
 fn position(action: &Action, s: f64) -> [f64; 3] {
-    let goal = in_robot_frame(goal_m(action.skill, &action.latent));
+    let latent = &action.latent;
+    if Skill::PICK_AND_PLACE.contains(&action.skill) {
+        let hand_m = action.skill.position_m(&straightened(latent), s);
+        return std::array::from_fn(|axis| TABLE_M[axis] + hand_m[axis]);
+    }
+    let goal = in_robot_frame(goal_m(action.skill, latent));
     let Some(shelf_m) = shelf_m(action.skill) else {
         return between(HOME_M, goal, minimum_jerk(s / 0.9));
     };
@@ -65,13 +74,13 @@ fn position(action: &Action, s: f64) -> [f64; 3] {
     between(at_pick, shelf_m, minimum_jerk((s - 0.5) / 0.45))
 }
 
-/// Where the robot puts each object, metres; none for the hand-over.
+/// Where the robot puts each object, metres; none for what has no shelf.
 fn shelf_m(skill: Skill) -> Option<[f64; 3]> {
     match skill {
         Skill::LiftFilter => Some([0.50, 0.30, 0.22]),
         Skill::LiftBook => Some([0.50, 0.30, 0.42]),
         Skill::LiftBottle => Some([0.50, 0.30, 0.62]),
-        Skill::HandOver => None,
+        Skill::HandOver | Skill::Pull | Skill::Reach | Skill::Pick | Skill::Place => None,
     }
 }
 

@@ -15,7 +15,9 @@
 //! bows and end vary much more, alike for all three. Only the muscles tell the objects apart
 //! ([`super::muscle`]).
 
-use rand::Rng;
+mod paths;
+
+use rand::{Rng, RngExt};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
@@ -35,6 +37,14 @@ pub enum Skill {
     LiftBottle,
     /// Pulls one end of an elastic band to a target, where the robot meets the hand.
     HandOver,
+    /// The same in a horizontal plane along given lines: what the hand-over experiment demonstrates.
+    Pull,
+    /// Moves the empty hand from home to an object that lies anywhere in a circle.
+    Reach,
+    /// Grasps that object and takes it to a place above the table.
+    Pick,
+    /// Takes the object from there to where it is put down.
+    Place,
 }
 
 /// One smooth function of the phase.
@@ -64,73 +74,19 @@ const fn term(shape: Shape, mean_m: [f64; 3], sd_m: [f64; 3]) -> Term {
     }
 }
 
-/// Spacing of the objects' grasp heights, metres.
-const GRASP_STEP_M: f64 = 0.008;
-
-/// Terms of a lift whose grasp lies `steps` grasp heights above the book's: where the hand starts, bow of the
-/// reach, the grasp, the lift from there, bow of the lift.
-const fn lift(steps: f64) -> [Term; SHAPES] {
-    [
-        term(
-            Shape::Fall(0.0, 0.45),
-            [0.24, -0.10, -0.34],
-            [0.025, 0.025, 0.030],
-        ),
-        term(
-            Shape::Bow(0.0, 0.45),
-            [0.0, -0.02, 0.03],
-            [0.008, 0.012, 0.010],
-        ),
-        term(
-            Shape::Rise(0.0, 0.45),
-            [0.42, -0.02, -0.26 + steps * GRASP_STEP_M],
-            [0.010, 0.012, 0.0025],
-        ),
-        term(
-            Shape::Rise(0.50, 0.92),
-            [-0.04, 0.05, 0.15],
-            [0.012, 0.015, 0.020],
-        ),
-        term(
-            Shape::Bow(0.50, 0.92),
-            [0.0, 0.01, 0.0],
-            [0.005, 0.008, 0.006],
-        ),
-    ]
-}
-
-const LIFT_FILTER: [Term; SHAPES] = lift(1.0);
-const LIFT_BOOK: [Term; SHAPES] = lift(0.0);
-const LIFT_BOTTLE: [Term; SHAPES] = lift(-1.0);
-/// The hand-over: start, bow, target; two shapes lie idle.
-const HAND_OVER: [Term; SHAPES] = [
-    term(
-        Shape::Fall(0.0, 0.90),
-        [0.26, -0.12, -0.30],
-        [0.015, 0.020, 0.015],
-    ),
-    term(
-        Shape::Bow(0.0, 0.90),
-        [0.03, 0.0, 0.02],
-        [0.008, 0.008, 0.008],
-    ),
-    term(
-        Shape::Rise(0.0, 0.90),
-        [0.38, 0.20, -0.22],
-        [0.012, HAND_OVER_TARGET_SD_M, 0.010],
-    ),
-    term(Shape::Bow(0.45, 0.90), [0.0; 3], [0.004; 3]),
-    term(Shape::Bow(0.20, 0.70), [0.0; 3], [0.004; 3]),
-];
-/// Index of the shape whose weight is the grasp (lifts) or the target (hand-over).
+/// Index of the shape whose weight is where the hand starts.
+const START: usize = 0;
+/// Index of the shape whose weight is the grasp (lifts), the target (hand-over, pull) or the end of the path.
 const GOAL: usize = 2;
-const HAND_OVER_TARGET_SD_M: f64 = 0.06;
+
+/// How exactly a pull meets the end of its line, standard deviation on each axis, metres.
+pub const PULL_SD_M: f64 = 0.004;
 
 /// The random part of one execution of a path: a standard normal number for each shape and axis.
 pub type Latent = [[f64; 3]; SHAPES];
 
 impl Skill {
-    /// Every skill.
+    /// The demo's skills.
     pub const ALL: [Self; 4] = [
         Self::LiftFilter,
         Self::LiftBook,
@@ -140,6 +96,9 @@ impl Skill {
     /// The lifts, which positions can hardly tell apart.
     pub const LIFTS: [Self; 3] = [Self::LiftFilter, Self::LiftBook, Self::LiftBottle];
 
+    /// The three actions of the pick-and-place experiment.
+    pub const PICK_AND_PLACE: [Self; 3] = [Self::Reach, Self::Pick, Self::Place];
+
     /// The name that demonstrations and models carry.
     #[must_use]
     pub fn label(self) -> &'static str {
@@ -148,15 +107,23 @@ impl Skill {
             Self::LiftBook => "lift_book",
             Self::LiftBottle => "lift_bottle",
             Self::HandOver => "hand_over",
+            Self::Pull => "pull_band",
+            Self::Reach => "reach",
+            Self::Pick => "pick",
+            Self::Place => "place",
         }
     }
 
     fn terms(self) -> &'static [Term; SHAPES] {
         match self {
-            Self::LiftFilter => &LIFT_FILTER,
-            Self::LiftBook => &LIFT_BOOK,
-            Self::LiftBottle => &LIFT_BOTTLE,
-            Self::HandOver => &HAND_OVER,
+            Self::LiftFilter => &paths::LIFT_FILTER,
+            Self::LiftBook => &paths::LIFT_BOOK,
+            Self::LiftBottle => &paths::LIFT_BOTTLE,
+            Self::HandOver => &paths::HAND_OVER,
+            Self::Pull => &paths::PULL,
+            Self::Reach => &paths::REACH,
+            Self::Pick => &paths::PICK,
+            Self::Place => &paths::PLACE,
         }
     }
 
@@ -204,9 +171,59 @@ impl Skill {
 /// Targets are normal around 0.20 m with 0.06 m, so 0.05 to 0.35 m are usual ones.
 pub fn hand_over_to(y_m: f64, rng: &mut ChaCha8Rng) -> Latent {
     let mut latent = Skill::HandOver.sample(rng);
-    let goal = &HAND_OVER[GOAL];
+    let goal = &paths::HAND_OVER[GOAL];
     latent[GOAL][1] = (y_m - goal.mean_m[1]) / goal.sd_m[1];
     latent
+}
+
+/// Latents of a pull along the line `case`: 0, 1 and 2 are the demonstrated ones, what is between them lies
+/// between. The hand meets the line's end within [`PULL_SD_M`] on each axis; all else is drawn.
+pub fn pull_along(case: f64, rng: &mut ChaCha8Rng) -> Latent {
+    let mut latent = Skill::Pull.sample(rng);
+    let (target_m, goal) = (pull_target_m(case), &paths::PULL[GOAL]);
+    for axis in 0..3 {
+        let off_m = target_m[axis] - goal.mean_m[axis];
+        latent[GOAL][axis] = (off_m + PULL_SD_M * latent[GOAL][axis]) / goal.sd_m[axis];
+    }
+    latent
+}
+
+/// Where the line `case` ends, shoulder frame, metres; see [`pull_along`].
+#[must_use]
+pub fn pull_target_m(case: f64) -> [f64; 3] {
+    let case = case.clamp(0.0, 2.0);
+    let [near, far] = if case < 1.0 { [0, 1] } else { [1, 2] };
+    let way = if case < 1.0 { case } else { case - 1.0 };
+    let [from, to] = [near, far].map(|line: usize| paths::PULL_TARGETS_M[line]);
+    std::array::from_fn(|axis| from[axis] + way * (to[axis] - from[axis]))
+}
+
+/// Latents of one of [`Skill::PICK_AND_PLACE`]: the object lies anywhere in its circle, evenly; all else is drawn.
+pub fn with_object_anywhere(skill: Skill, rng: &mut ChaCha8Rng) -> Latent {
+    let mut latent = skill.sample(rng);
+    // Even over a disc, scaled to unit variance on each axis: radius 2.
+    let radius = 2.0 * rng.random::<f64>().sqrt();
+    let angle = rng.random_range(0.0..std::f64::consts::TAU);
+    let at = match skill {
+        Skill::Reach => Some(GOAL),
+        Skill::Pick => Some(START),
+        _ => None,
+    };
+    if let Some(shape) = at {
+        latent[shape][0] = radius * angle.cos();
+        latent[shape][1] = radius * angle.sin();
+    }
+    latent
+}
+
+/// The same execution without its bows: start and goal alone.
+#[must_use]
+pub fn straightened(latent: &Latent) -> Latent {
+    let mut straight = Latent::default();
+    for shape in [START, GOAL] {
+        straight[shape] = latent[shape];
+    }
+    straight
 }
 
 /// Where this execution grasps the object or meets the robot: shoulder frame, metres.
@@ -238,121 +255,4 @@ pub fn minimum_jerk(u: f64) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use rand::SeedableRng;
-
-    #[test]
-    fn sampled_paths_have_the_stated_mean_and_covariance() {
-        let mut rng = ChaCha8Rng::seed_from_u64(4);
-        let phases = [0.0, 0.1, 0.22, 0.4, 0.5, 0.63, 0.77, 1.0];
-        const RUNS: usize = 20_000;
-        for skill in Skill::ALL {
-            let mut deviations = vec![[[0.0; 3]; 8]; RUNS];
-            for run in &mut deviations {
-                let latent = skill.sample(&mut rng);
-                for (deviation, s) in run.iter_mut().zip(phases) {
-                    let (at, mean) = (skill.position_m(&latent, s), skill.mean_m(s));
-                    *deviation = std::array::from_fn(|axis| at[axis] - mean[axis]);
-                }
-            }
-            for (i, s) in phases.into_iter().enumerate() {
-                for (j, t) in phases.into_iter().enumerate() {
-                    for axis in 0..3 {
-                        let truth = |s, t| skill.covariance_m2(s, t)[axis];
-                        let sample: f64 = deviations
-                            .iter()
-                            .map(|run| run[i][axis] * run[j][axis])
-                            .sum::<f64>()
-                            / RUNS as f64;
-                        // Standard error of a sample covariance: sqrt((c_ii c_jj + c_ij^2) / n); five of them.
-                        let error = ((truth(s, s) * truth(t, t) + truth(s, t).powi(2))
-                            / RUNS as f64)
-                            .sqrt();
-                        assert!(
-                            (sample - truth(s, t)).abs() <= 5.0 * error + 1e-15,
-                            "{skill:?} {s} {t} {axis}"
-                        );
-                    }
-                }
-                for axis in 0..3 {
-                    let mean: f64 =
-                        deviations.iter().map(|run| run[i][axis]).sum::<f64>() / RUNS as f64;
-                    assert!(
-                        mean.abs()
-                            <= 5.0 * (skill.covariance_m2(s, s)[axis] / RUNS as f64).sqrt() + 1e-12
-                    );
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn lifts_differ_by_the_grasp_height_alone() {
-        for s in [0.0, 0.2, 0.45, 0.7, 1.0] {
-            let [filter, book, bottle] = Skill::LIFTS.map(|skill| skill.mean_m(s));
-            let reached = minimum_jerk(s / 0.45);
-            for (upper, lower) in [(filter, book), (book, bottle)] {
-                assert!((upper[2] - lower[2] - 0.008 * reached).abs() < 1e-15);
-                assert_eq!(upper[..2], lower[..2]);
-            }
-            for t in [0.1, 0.5, 0.9] {
-                assert_eq!(
-                    Skill::LiftFilter.covariance_m2(s, t),
-                    Skill::LiftBottle.covariance_m2(s, t)
-                );
-            }
-        }
-    }
-
-    #[test]
-    fn hands_move_smoothly_and_stay_within_reach() {
-        let mut rng = ChaCha8Rng::seed_from_u64(5);
-        for skill in Skill::ALL {
-            for _ in 0..2000 {
-                let latent = skill.sample(&mut rng);
-                let mut last = skill.position_m(&latent, 0.0);
-                for ms in 1..=2000 {
-                    let at = skill.position_m(&latent, f64::from(ms) / 2000.0);
-                    let norm = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
-                    let step = norm(std::array::from_fn(|axis| at[axis] - last[axis]));
-                    assert!(step < 0.0015, "{skill:?} moves faster than 1.5 m/s");
-                    assert!((0.25..0.62).contains(&norm(at)), "{skill:?} at {at:?}");
-                    last = at;
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn a_hand_over_ends_where_it_was_sent() {
-        let mut rng = ChaCha8Rng::seed_from_u64(6);
-        for y in [0.05, 0.2, 0.33] {
-            let latent = hand_over_to(y, &mut rng);
-            assert!((Skill::HandOver.position_m(&latent, 1.0)[1] - y).abs() < 1e-12);
-            assert_eq!(
-                goal_m(Skill::HandOver, &latent),
-                Skill::HandOver.position_m(&latent, 1.0)
-            );
-        }
-    }
-
-    #[test]
-    fn the_minimum_jerk_step_rests_at_both_ends() {
-        assert_eq!(
-            [
-                minimum_jerk(-1.0),
-                minimum_jerk(0.0),
-                minimum_jerk(1.0),
-                minimum_jerk(2.0)
-            ],
-            [0.0, 0.0, 1.0, 1.0]
-        );
-        assert!((minimum_jerk(0.5) - 0.5).abs() < 1e-15);
-        // Peak speed 15/8 at the middle.
-        assert!(
-            ((minimum_jerk(0.5 + 1e-5) - minimum_jerk(0.5 - 1e-5)) / 2e-5 - 1.875).abs() < 1e-6
-        );
-        assert!(minimum_jerk(1e-3) < 1.1e-8);
-    }
-}
+mod tests;

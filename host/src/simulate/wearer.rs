@@ -5,6 +5,7 @@
 
 use super::emg::{Electrodes, ElectrodesError, SCAN_US};
 use super::muscle::{self, CHANNELS, Vigour};
+use super::operator::Operation;
 use super::skills::{DURATION_US, Latent, Skill, hand_over_to, minimum_jerk};
 use super::tracker::{TrackedHand, Tracker, TrackerNoise};
 use rand_chacha::ChaCha8Rng;
@@ -54,6 +55,15 @@ impl Action {
         }
     }
 
+    /// Draws the muscles of an execution of `skill` along the path that `latent` says.
+    pub fn with_latent(skill: Skill, latent: Latent, rng: &mut ChaCha8Rng) -> Self {
+        Self {
+            skill,
+            latent,
+            vigour: Vigour::sample(rng),
+        }
+    }
+
     /// Position of the hand at phase `s`, shoulder frame, metres.
     #[must_use]
     pub fn hand_m(&self, s: f64) -> [f64; 3] {
@@ -76,6 +86,38 @@ pub enum Task {
     Contract,
     /// After a pause of [`PAUSE_US`], one action of [`DURATION_US`].
     Perform(Action),
+    /// After such a pause, one action at a tempo of its own.
+    Paced {
+        /// The action.
+        action: Action,
+        /// How long it takes, microseconds; not zero.
+        duration_us: u64,
+    },
+    /// After such a pause, the second pass of an action: the robot's part shown by teleoperation, in [`DURATION_US`].
+    Operate(Operation),
+}
+
+impl Task {
+    /// How long it lasts, and the pause before it, microseconds.
+    fn lasts_us(&self) -> (u64, u64) {
+        match self {
+            Self::Rest | Self::Contract => (CALIBRATION_US, 0),
+            Self::Perform(_) | Self::Operate(_) => (DURATION_US, PAUSE_US),
+            Self::Paced { duration_us, .. } => (*duration_us, PAUSE_US),
+        }
+    }
+
+    /// What is true at phase `s` of a movement; none of a calibration.
+    fn moving(&self, s: f64) -> Option<Truth> {
+        let (hand_m, activation) = match self {
+            Self::Rest | Self::Contract => return None,
+            Self::Perform(action) | Self::Paced { action, .. } => {
+                (action.hand_m(s), action.activation(s))
+            }
+            Self::Operate(operation) => (operation.hand_m(s), operation.activation(s)),
+        };
+        Some(Truth { hand_m, activation })
+    }
 }
 
 /// A task's place in time.
@@ -130,10 +172,7 @@ impl Wearer {
         let spans = tasks
             .iter()
             .map(|&task| {
-                let (pause_us, lasts_us) = match task {
-                    Task::Rest | Task::Contract => (0, CALIBRATION_US),
-                    Task::Perform(_) => (PAUSE_US, DURATION_US),
-                };
+                let (lasts_us, pause_us) = task.lasts_us();
                 let start_us = end_us + pause_us;
                 end_us = start_us + lasts_us;
                 Span {
@@ -174,35 +213,31 @@ impl Wearer {
         let Some(span) = self.spans.get(next) else {
             return end_of(before, at_us);
         };
-        match span.task {
-            Task::Perform(action) if at_us >= span.start_us => {
-                let s = share(at_us - span.start_us, DURATION_US);
-                Truth {
-                    hand_m: action.hand_m(s),
-                    activation: action.activation(s),
-                }
-            }
-            Task::Perform(action) => {
-                let from = end_of(before, at_us);
-                let goal_m = action.hand_m(0.0);
-                let way = minimum_jerk(1.0 - share(span.start_us - at_us, PAUSE_US));
-                let hand_m = std::array::from_fn(|axis| {
-                    from.hand_m[axis] + way * (goal_m[axis] - from.hand_m[axis])
-                });
-                Truth { hand_m, ..from }
-            }
-            Task::Rest => Truth {
-                hand_m: REST_M,
-                activation: [0.0; CHANNELS],
-            },
+        if at_us < span.start_us {
+            let from = end_of(before, at_us);
+            let Some(start) = span.task.moving(0.0) else {
+                return from;
+            };
+            let way = minimum_jerk(1.0 - share(span.start_us - at_us, PAUSE_US));
+            let hand_m = std::array::from_fn(|axis| {
+                from.hand_m[axis] + way * (start.hand_m[axis] - from.hand_m[axis])
+            });
+            return Truth { hand_m, ..from };
+        }
+        let s = share(at_us - span.start_us, span.end_us - span.start_us);
+        if let Some(truth) = span.task.moving(s) {
+            return truth;
+        }
+        let level = match span.task {
             Task::Contract => {
                 let from_edge_us = (at_us - span.start_us).min(span.end_us - at_us);
-                let level = minimum_jerk(share(from_edge_us, RAMP_US));
-                Truth {
-                    hand_m: REST_M,
-                    activation: [level; CHANNELS],
-                }
+                minimum_jerk(share(from_edge_us, RAMP_US))
             }
+            _ => 0.0,
+        };
+        Truth {
+            hand_m: REST_M,
+            activation: [level; CHANNELS],
         }
     }
 
@@ -221,22 +256,17 @@ impl Wearer {
 
 /// What lasts after a task (none: before the first): the hand stays, the muscles let go.
 fn end_of(span: Option<&Span>, at_us: u64) -> Truth {
-    match span {
-        Some(Span {
-            task: Task::Perform(action),
-            end_us,
-            ..
-        }) => {
-            let kept = 1.0 - minimum_jerk(share(at_us - end_us, RELEASE_US));
-            Truth {
-                hand_m: action.hand_m(1.0),
-                activation: action.activation(1.0).map(|a| a * kept),
-            }
-        }
-        _ => Truth {
-            hand_m: REST_M,
-            activation: [0.0; CHANNELS],
-        },
+    let lying = Truth {
+        hand_m: REST_M,
+        activation: [0.0; CHANNELS],
+    };
+    let Some((span, truth)) = span.and_then(|span| Some((span, span.task.moving(1.0)?))) else {
+        return lying;
+    };
+    let kept = 1.0 - minimum_jerk(share(at_us - span.end_us, RELEASE_US));
+    Truth {
+        activation: truth.activation.map(|a| a * kept),
+        ..truth
     }
 }
 
