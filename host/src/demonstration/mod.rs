@@ -4,6 +4,7 @@
 //! be regular, and rows with an empty cell in a chosen column are gaps: they are left out, and the
 //! least squares that fits the weights does not need them.
 
+mod path;
 mod read;
 
 pub use read::{Choice, ReadError, read};
@@ -59,6 +60,7 @@ pub enum DemonstrationError {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Demonstration {
     label: String,
+    class: String,
     trial: String,
     file: PathBuf,
     t_s: Vec<f64>,
@@ -108,8 +110,10 @@ impl Demonstration {
                 return Err(DemonstrationError::NonFinite { dof, sample, value });
             }
         }
+        let label = label.into();
         Ok(Self {
-            label: label.into(),
+            class: label.clone(),
+            label,
             trial: trial.into(),
             file: file.into(),
             t_s,
@@ -117,11 +121,13 @@ impl Demonstration {
         })
     }
 
-    /// The same performance under another name.
+    /// The same performance of another class.
     #[must_use]
     pub fn with_label(&self, label: impl Into<String>) -> Self {
+        let label = label.into();
         Self {
-            label: label.into(),
+            class: label.clone(),
+            label,
             ..self.clone()
         }
     }
@@ -130,6 +136,21 @@ impl Demonstration {
     #[must_use]
     pub fn label(&self) -> &str {
         &self.label
+    }
+
+    /// Name of the class: the label, unless it is one component of a class ([`Demonstration::component`]).
+    #[must_use]
+    pub fn class(&self) -> &str {
+        &self.class
+    }
+
+    /// The same movement as the component of its class of this number: its label is `CLASS#NUMBER`.
+    #[must_use]
+    pub fn component(self, number: usize) -> Self {
+        Self {
+            label: format!("{}#{number}", self.class),
+            ..self
+        }
     }
 
     /// Name of the trial it was performed in.

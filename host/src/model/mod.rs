@@ -13,9 +13,11 @@ pub mod cluster;
 mod dof;
 pub mod evaluate;
 
+mod fits;
 mod fitted;
 mod hyperparameters;
 mod learn;
+mod parts;
 mod placement;
 pub mod recognise;
 mod shrinkage;
@@ -23,6 +25,8 @@ mod subspace;
 mod weights;
 
 pub use dof::{Dof, NotPositive, Transform};
-pub use fitted::{Durations, Model, Parts, PartsError, View};
+pub use fits::Fitted;
+pub use fitted::{Model, View};
 pub use hyperparameters::{Hyperparameters, HyperparametersError, Shrinkage, Valid};
-pub use learn::{LearnError, learn};
+pub use learn::{LearnError, extend, fit, learn, learn_fitted};
+pub use parts::{Durations, Learner, Parts, PartsError};
