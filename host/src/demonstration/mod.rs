@@ -4,6 +4,7 @@
 //! be regular, and rows with an empty cell in a chosen column are gaps: they are left out, and the
 //! least squares that fits the weights does not need them.
 
+mod path;
 mod read;
 
 pub use read::{Choice, ReadError, read};
@@ -120,11 +121,13 @@ impl Demonstration {
         })
     }
 
-    /// The same performance under another name.
+    /// The same performance of another class.
     #[must_use]
     pub fn with_label(&self, label: impl Into<String>) -> Self {
+        let label = label.into();
         Self {
-            label: label.into(),
+            class: label.clone(),
+            label,
             ..self.clone()
         }
     }

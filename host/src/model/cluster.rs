@@ -9,6 +9,7 @@
 mod agreement;
 mod choose;
 mod component;
+mod directions;
 mod em;
 mod space;
 mod start;
@@ -18,6 +19,7 @@ mod variants;
 mod tests;
 
 pub use agreement::adjusted_rand_index;
+pub use directions::both_ways;
 pub use variants::{ClassVariants, Variants, variants};
 
 use nalgebra::DMatrix;

@@ -4,9 +4,10 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::ClusterError;
 use crate::demonstration::Demonstration;
-use crate::model::Valid;
-use crate::model::learn::{encode, even, fit_all, scales};
+use crate::model::fits::{fit_all, scaled, scales};
+use crate::model::learn::even;
 use crate::model::weights::design;
+use crate::model::{Fitted, Hyperparameters, LearnError, Valid};
 
 /// Phases at which a movement is drawn.
 const PHASES: usize = 50;
@@ -34,21 +35,10 @@ impl Space {
         variance_kept: f64,
     ) -> Result<Self, ClusterError> {
         let given = valid.get();
-        let encoded = encode(demonstrations, &given.dofs)?;
-        let scale = scales(&encoded, &given.dofs)?;
-        let (weights, _) = fit_all(demonstrations, &encoded, &scale, given)?;
-        let phases = design(&given.basis, even(PHASES)).map_err(crate::model::LearnError::from)?;
-        let functions = given.basis.count();
-        let dofs = given.dofs.len();
-        let mut drawn = DMatrix::zeros(dofs * PHASES, weights.len());
-        for (mut column, weights) in drawn.column_iter_mut().zip(&weights) {
-            for dof in 0..dofs {
-                let of_dof = &phases * weights.rows(dof * functions, functions);
-                column.rows_mut(dof * PHASES, PHASES).copy_from(&of_dof);
-            }
-        }
-        drawn /= libm::sqrt(PHASES as f64);
-        Self::principal(drawn, dofs * functions, variance_kept)
+        let fits = fit_all(demonstrations, given)?;
+        let drawn = drawn(&fits, given)?;
+        let most = given.dofs.len() * given.basis.count();
+        Self::principal(drawn, most, variance_kept)
     }
 
     /// The leading principal coordinates of the columns, of which at most `most` are linearly independent.
@@ -110,6 +100,25 @@ impl Space {
             noise: self.noise,
         }
     }
+}
+
+/// What the weights draw, a column per demonstration. The squared distance of two columns is that of [`Space`].
+pub(super) fn drawn(
+    fits: &[Fitted],
+    given: &Hyperparameters,
+) -> Result<DMatrix<f64>, ClusterError> {
+    let (dofs, functions) = (given.dofs.len(), given.basis.count());
+    let scale = scales(fits, &given.dofs)?;
+    let phases = design(&given.basis, even(PHASES)).map_err(LearnError::from)?;
+    let mut drawn = DMatrix::zeros(dofs * PHASES, fits.len());
+    let weights = scaled(fits, &scale, functions);
+    for (mut column, weights) in drawn.column_iter_mut().zip(&weights) {
+        for dof in 0..dofs {
+            let of_dof = &phases * weights.rows(dof * functions, functions);
+            column.rows_mut(dof * PHASES, PHASES).copy_from(&of_dof);
+        }
+    }
+    Ok(drawn / libm::sqrt(PHASES as f64))
 }
 
 /// A principal direction's sign is chance: each coordinate's greatest is positive.

@@ -21,7 +21,7 @@ pub struct ClassVariants {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variants {
     /// The demonstrations in their order. Those of a class with several components are labelled `class#1`, `class#2` ...
-    /// by the order of the components' first demonstrations, the others as before.
+    /// by the order of the components' first demonstrations, the others by their class.
     pub demonstrations: Vec<Demonstration>,
     /// The classes, sorted by name.
     pub classes: Vec<ClassVariants>,
@@ -40,7 +40,7 @@ pub fn variants(
     let mut of_class: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
     for (index, demonstration) in demonstrations.iter().enumerate() {
         of_class
-            .entry(demonstration.label())
+            .entry(demonstration.class())
             .or_default()
             .push(index);
     }
@@ -59,10 +59,11 @@ pub fn variants(
             split.sizes = vec![0; clusters.components];
             for (&i, component) in members.iter().zip(clusters.assignment) {
                 split.sizes[component] += 1;
-                if clusters.components > 1 {
-                    let label = format!("{class}#{}", component + 1);
-                    relabelled[i] = relabelled[i].with_label(label);
-                }
+                relabelled[i] = if clusters.components > 1 {
+                    demonstrations[i].clone().component(component + 1)
+                } else {
+                    demonstrations[i].with_label(class)
+                };
             }
         }
         classes.push(split);
