@@ -2,18 +2,19 @@
 
 use std::path::PathBuf;
 
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 use tonus_shared::promp::RowError;
 
+use super::choice::{self, Choice, Observed};
 use super::fits::{Fitted, Groups, fit_all, residual_variance, scaled, scales};
 use super::parts::same;
 use super::placement::Placement;
-use super::shrinkage::{Scatter, Shares};
+use super::shrinkage::Scatter;
 use super::subspace::{Deviations, Subspace, SubspaceError, extended};
 use super::weights::design;
 use super::{
     Hyperparameters, HyperparametersError, Learner, Model, NotPositive, Parts, PartsError,
-    Shrinkage, Valid,
+    Predictive, Valid,
 };
 use crate::demonstration::Demonstration;
 
@@ -180,14 +181,15 @@ fn from_fits(fits: Vec<Fitted>, given: &Hyperparameters) -> Result<Model, LearnE
     let residual = residual_variance(&fits, &scale) + outside_variance;
     let scatter = Scatter::new(&deviations, &subspace);
     let placement = Placement::new(given, &scale)?;
-    let shares = match given.shrinkage {
-        Shrinkage::Fixed { pooled, diagonal } => Shares { pooled, diagonal },
-        Shrinkage::LeaveOneOut => choose(&scatter, &placement, &residual, given)?,
-    };
+    let Choice { shares, freedom } = choose(&scatter, &placement, &residual, given)?;
     let directions = extended(&subspace.directions, &placement.offsets);
     let roots = (0..groups.labels.len()).map(|skill| {
-        let inside = scatter.covariance(skill, shares);
-        root(&placement.added_to(&inside, &directions))
+        let mut inside = scatter.covariance(skill, shares);
+        if given.predictive != Predictive::PlugIn {
+            // The mean's own uncertainty.
+            inside *= 1.0 + 1.0 / deviations.counts[skill] as f64;
+        }
+        root(placement.added_to(&inside, &directions))
     });
     let roots = roots.collect::<Result<Vec<_>, _>>()?.concat();
     let raw = |row: usize| scale[row / functions];
@@ -212,7 +214,8 @@ fn from_fits(fits: Vec<Fitted>, given: &Hyperparameters) -> Result<Model, LearnE
         weight_means: means.collect(),
         roots,
         residual_variance: residual.map(|(v, s)| v * s * s).collect(),
-        freedom: vec![None; groups.labels.len()],
+        freedom: vec![freedom; groups.labels.len()],
+        predictive: given.predictive,
         labels: groups.labels,
         scale,
         ridge: given.ridge,
@@ -250,19 +253,26 @@ fn choose(
     placement: &Placement,
     residual: &DVector<f64>,
     given: &Hyperparameters,
-) -> Result<Shares, LearnError> {
+) -> Result<Choice, LearnError> {
     let phases = design(&given.basis, even(LIKELIHOOD_PHASES))?;
-    let observe = DMatrix::<f64>::identity(given.dofs.len(), given.dofs.len()).kronecker(&phases);
-    let noise = DVector::from_fn(observe.nrows(), |row, _| residual[row / LIKELIHOOD_PHASES]);
-    let offset = placement.seen(&observe);
-    scatter
-        .choose(&observe, &noise, &offset)
+    let dofs = given.dofs.len();
+    let rows = DMatrix::<f64>::identity(dofs, dofs).kronecker(&phases);
+    let observed = Observed {
+        noise: DVector::from_fn(rows.nrows(), |row, _| residual[row / LIKELIHOOD_PHASES]),
+        offset: placement.seen(&rows),
+        rows,
+    };
+    choice::choose(scatter, &observed, given.shrinkage, given.predictive)
         .ok_or(LearnError::Numerical("leave-one-out likelihood"))
 }
 
-/// A square root of a positive semi-definite matrix, row-major; eigenvalues that rounding put below zero are zero.
-fn root(covariance: &DMatrix<f64>) -> Result<Vec<f64>, LearnError> {
-    let symmetric = (covariance + covariance.transpose()) * 0.5;
+/// A square root of a positive semi-definite matrix, row-major: the Cholesky factor, or from the eigenvalues where
+/// some are zero; those that rounding put below zero are zero.
+fn root(covariance: DMatrix<f64>) -> Result<Vec<f64>, LearnError> {
+    let symmetric = (&covariance + covariance.transpose()) * 0.5;
+    if let Some(factor) = Cholesky::new(symmetric.clone()) {
+        return Ok(factor.unpack().transpose().as_slice().to_vec());
+    }
     let eigen = SymmetricEigen::try_new(symmetric, f64::EPSILON, 0)
         .ok_or(LearnError::Numerical("eigenvalue decomposition"))?;
     let mut vectors = eigen.eigenvectors;

@@ -9,6 +9,7 @@
 //! value, so that no inferred stiffness is negative: values go in through [`Dof::encode`] and come out
 //! through [`Dof::decode`].
 
+mod choice;
 mod dof;
 pub mod evaluate;
 
@@ -26,6 +27,6 @@ mod weights;
 pub use dof::{Dof, NotPositive, Transform};
 pub use fits::Fitted;
 pub use fitted::{Model, View};
-pub use hyperparameters::{Hyperparameters, HyperparametersError, Shrinkage, Valid};
+pub use hyperparameters::{Hyperparameters, HyperparametersError, Predictive, Shrinkage, Valid};
 pub use learn::{LearnError, extend, fit, learn, learn_fitted};
 pub use parts::{Durations, Learner, Parts, PartsError};
