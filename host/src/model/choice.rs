@@ -92,17 +92,11 @@ fn search(likelihood: impl Fn(Shares) -> Option<(Option<f64>, f64)>) -> Option<C
     let log = |found: Option<(Option<f64>, f64)>| found.map_or(f64::NEG_INFINITY, |(_, log)| log);
     let mut best = (START, value(START));
     loop {
-        let [a, b] = best.0;
         let mut next = best;
-        for a in a.saturating_sub(1)..=(a + 1).min(SHARES.len() - 1) {
-            for b in b.saturating_sub(1)..=(b + 1).min(SHARES.len() - 1) {
-                if SHARES[a] + SHARES[b] > 1.0 {
-                    continue;
-                }
-                let found = value([a, b]);
-                if log(found) > log(next.1) {
-                    next = ([a, b], found);
-                }
+        for at in neighbours(best.0) {
+            let found = value(at);
+            if log(found) > log(next.1) {
+                next = (at, found);
             }
         }
         if next.0 == best.0 {
@@ -114,6 +108,13 @@ fn search(likelihood: impl Fn(Shares) -> Option<(Option<f64>, f64)>) -> Option<C
     let (pooled, diagonal) = (SHARES[best.0[0]], SHARES[best.0[1]]);
     let shares = Shares { pooled, diagonal };
     Some(Choice { shares, freedom })
+}
+
+/// Places on the grid beside one, itself among them.
+fn neighbours([pooled, diagonal]: [usize; 2]) -> impl Iterator<Item = [usize; 2]> {
+    let beside = |index: usize| index.saturating_sub(1)..=(index + 1).min(SHARES.len() - 1);
+    let all = beside(pooled).flat_map(move |a| beside(diagonal).map(move |b| [a, b]));
+    all.filter(|&[a, b]| SHARES[a] + SHARES[b] <= 1.0)
 }
 
 /// The scatters as the rows of [`Observed`] see them, `M D x M D`.

@@ -9,8 +9,10 @@
 //! value, so that no inferred stiffness is negative: values go in through [`Dof::encode`] and come out
 //! through [`Dof::decode`].
 
+mod assembly;
 mod choice;
 mod dof;
+mod em;
 pub mod evaluate;
 
 mod fits;
@@ -25,6 +27,7 @@ mod subspace;
 mod weights;
 
 pub use dof::{Dof, NotPositive, Transform};
+pub use em::{Em, EmConfig, learn_em, run_em};
 pub use fits::Fitted;
 pub use fitted::{Model, View};
 pub use hyperparameters::{Hyperparameters, HyperparametersError, Predictive, Shrinkage, Valid};

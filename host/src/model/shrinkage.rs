@@ -12,14 +12,14 @@ pub(super) struct Shares {
 }
 
 /// Skill's, pooled and diagonal covariance, in some coordinates.
-struct Targets {
-    own: DMatrix<f64>,
-    pooled: DMatrix<f64>,
-    diagonal: DMatrix<f64>,
+pub(super) struct Targets {
+    pub(super) own: DMatrix<f64>,
+    pub(super) pooled: DMatrix<f64>,
+    pub(super) diagonal: DMatrix<f64>,
 }
 
 impl Targets {
-    fn mix(&self, shares: Shares) -> DMatrix<f64> {
+    pub(super) fn mix(&self, shares: Shares) -> DMatrix<f64> {
         let Shares { pooled, diagonal } = shares;
         let own = (1.0 - pooled - diagonal).max(0.0);
         &self.own * own + &self.pooled * pooled + &self.diagonal * diagonal
