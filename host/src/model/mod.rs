@@ -12,7 +12,10 @@
 pub mod calibration;
 pub mod compose;
 pub mod cluster;
+mod assembly;
+mod choice;
 mod dof;
+mod em;
 pub mod evaluate;
 
 mod fits;
@@ -27,8 +30,9 @@ mod subspace;
 mod weights;
 
 pub use dof::{Dof, NotPositive, Transform};
+pub use em::{Em, EmConfig, learn_em, run_em};
 pub use fits::Fitted;
 pub use fitted::{Model, View};
-pub use hyperparameters::{Hyperparameters, HyperparametersError, Shrinkage, Valid};
+pub use hyperparameters::{Hyperparameters, HyperparametersError, Predictive, Shrinkage, Valid};
 pub use learn::{LearnError, extend, fit, learn, learn_fitted};
 pub use parts::{Durations, Learner, Parts, PartsError};
