@@ -36,7 +36,7 @@
 //! |---|---|---|
 //! | loading ([`loading_len`]) | `D*K*r` = 10440 | 41760 constant |
 //! | one skill's mean, root, residual | `D*K + r^2 + D` = 1213 | 4852 constant |
-//! | one belief | `r^2 + 3r + 9` = 937 | 3748 RAM |
+//! | one belief | `r^2 + 2r + 10` = 909 | 3636 RAM |
 //! | row scratch of a mixture | `K + r` = 59 | 236 RAM |
 
 mod basis;
@@ -44,13 +44,16 @@ mod belief;
 mod error;
 mod evidence;
 mod latent;
+mod linear;
 mod mixture;
+mod row;
 
 mod trajectory;
 
 pub use basis::{Basis, Family};
 pub use belief::{Belief, Innovation, belief_len};
 pub use error::{BasisError, ConditionError, ModelError, RowError};
-pub use latent::{Latent, Order, Row, Skill, loading_len};
+pub use latent::{Latent, Skill, loading_len};
 pub use mixture::{Mixture, Observation, mixture_len};
-pub use trajectory::{Moments, Trajectory, trajectory_scratch_len};
+pub use row::{Order, Row};
+pub use trajectory::{Moments, Trajectory, curves_scratch_len, trajectory_scratch_len};
