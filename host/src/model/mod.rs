@@ -9,11 +9,11 @@
 //! value, so that no inferred stiffness is negative: values go in through [`Dof::encode`] and come out
 //! through [`Dof::decode`].
 
-pub mod calibration;
-pub mod compose;
-pub mod cluster;
 mod assembly;
+pub mod calibration;
 mod choice;
+pub mod cluster;
+pub mod compose;
 mod dof;
 mod em;
 pub mod evaluate;

@@ -4,15 +4,16 @@ use core::marker::PhantomData;
 
 use super::error::{ConditionError, ModelError, RowError};
 use super::evidence::{
-    self, COUNT, FREEDOM, HEADER, LOG_LIKELIHOOD, MAHALANOBIS, RESIDUAL, ROOT_FACTOR,
+    self, COUNT, FREEDOM, HEADER, LOG_LIKELIHOOD, MAHALANOBIS, RESIDUAL, ROOT_FACTOR, SPREAD,
 };
-use super::latent::{Skill, dot};
+use super::latent::Skill;
+use super::linear::{combine, dot, subtract};
 use crate::Real;
 
-/// Numbers that a belief of rank `rank` stores: `r^2 + 3 r + 9`.
+/// Numbers that a belief of rank `rank` stores: `r^2 + 2 r + 10`.
 #[must_use]
 pub const fn belief_len(rank: usize) -> usize {
-    rank * rank + 3 * rank + HEADER
+    rank * rank + 2 * rank + HEADER
 }
 
 /// What one observation told: how far it lay from the prediction, and how uncertain that was (in the
@@ -52,10 +53,8 @@ pub(super) struct Posterior<'a, T> {
 struct Parts<'s, T> {
     header: &'s mut [T],
     mean: &'s mut [T],
-    /// `f = S^T a`, scratch.
+    /// `f = S^T a sqrt(alpha)`, scratch.
     projected: &'s mut [T],
-    /// `g = S f / (f^T f + R)`, scratch.
-    gain: &'s mut [T],
     root: &'s mut [T],
 }
 
@@ -156,7 +155,7 @@ fn mean_of<T>(rank: usize, storage: &[T]) -> &[T] {
 }
 
 fn root_of<T>(rank: usize, storage: &[T]) -> &[T] {
-    &storage[HEADER + 3 * rank..belief_len(rank)]
+    &storage[HEADER + 2 * rank..belief_len(rank)]
 }
 
 impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
@@ -210,6 +209,7 @@ impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
         let parts = self.parts();
         parts.header.fill(T::zero());
         parts.header[FREEDOM] = skill.freedom().unwrap_or_else(T::zero);
+        parts.header[SPREAD] = skill.spread();
         parts.mean.fill(T::zero());
         match skill.root() {
             Some(root) => parts.root.copy_from_slice(root),
@@ -258,9 +258,10 @@ impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
     /// Everything of [`Belief::condition`] that can fail, into scratch: mean, root and log-likelihood
     /// are untouched until [`Belief::commit`].
     ///
-    /// The new root needs no check of its own. By Cauchy and Schwarz `|g_i f_j| <= |S_i|`, the norm of
-    /// row `i` of the root, whose square, the variance of `z_i`, no observation enlarges and was finite
-    /// when the skill was made; so each new entry is at most `2 |S_i|`, far inside the scalar.
+    /// `f` is kept in units that make its length at most one, `f sqrt(alpha)`, and `e` likewise. By Cauchy
+    /// and Schwarz `S f` then never exceeds the norm of its row of the root, whose square, the
+    /// variance of that coordinate, no observation enlarges and was finite when the skill was made; so neither
+    /// it nor the new root needs a check, and a bound on the mean is kept by adding up.
     pub(super) fn prepare(
         &mut self,
         a: &[T],
@@ -281,32 +282,19 @@ impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
             });
         }
         check_variance(variance)?;
-        let rank = self.rank;
         let parts = self.parts();
-        project(parts.root, a, parts.projected);
+        combine(parts.root, a, parts.projected);
         let innovation_variance = dot(parts.projected, parts.projected) + variance;
         let alpha = T::one() / innovation_variance;
+        let unit = alpha.sqrt();
+        for f in parts.projected.iter_mut() {
+            *f *= unit;
+        }
         let predicted = offset + dot(a, parts.mean);
         let residual = value - predicted;
-        let update = [
-            residual,
-            alpha,
-            alpha.ln(),
-            T::one() / (T::one() + (alpha * variance).sqrt()),
-        ];
-        parts.header[RESIDUAL..].copy_from_slice(&update);
-        let after = evidence::accumulated(parts.header);
-        let mut finite = alpha > T::zero() && evidence::bounded(&after);
-        for ((gain, line), mean) in parts
-            .gain
-            .iter_mut()
-            .zip(parts.root.chunks_exact(rank))
-            .zip(parts.mean.iter())
-        {
-            *gain = alpha * dot(line, parts.projected);
-            finite &= gain.is_finite() && (*mean + *gain * residual).is_finite();
-        }
-        if !finite {
+        let factor = T::one() / (T::one() + unit * variance.sqrt());
+        parts.header[RESIDUAL..].copy_from_slice(&[residual * unit, alpha.ln(), factor]);
+        if !(alpha > T::zero() && evidence::bounded(parts.header)) {
             return Err(ConditionError::Overflow {
                 value: value.widen(),
                 predicted: predicted.widen(),
@@ -320,23 +308,18 @@ impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
 
     /// Makes the prepared update the belief. Cannot fail.
     pub(super) fn commit(&mut self) {
-        let rank = self.rank;
         let Parts {
             header,
             mean,
             projected,
-            gain,
             root,
         } = self.parts();
-        let after = evidence::accumulated(header);
-        header[..RESIDUAL].copy_from_slice(&after);
+        evidence::accumulate(header);
         let (residual, factor) = (header[RESIDUAL], header[ROOT_FACTOR]);
-        for ((line, gain), mean) in root.chunks_exact_mut(rank).zip(gain.iter()).zip(mean) {
-            *mean += *gain * residual;
-            let scaled = *gain * factor;
-            for (entry, f) in line.iter_mut().zip(projected.iter()) {
-                *entry -= scaled * *f;
-            }
+        for (line, mean) in root.chunks_exact_mut(projected.len()).zip(mean) {
+            let gain = dot(line, projected);
+            *mean += gain * residual;
+            subtract(line, gain * factor, projected);
         }
     }
 
@@ -345,12 +328,10 @@ impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
         let (header, rest) = self.storage.as_mut().split_at_mut(HEADER);
         let (mean, rest) = rest.split_at_mut(rank);
         let (projected, rest) = rest.split_at_mut(rank);
-        let (gain, rest) = rest.split_at_mut(rank);
         Parts {
             header,
             mean,
             projected,
-            gain,
             root: &mut rest[..rank * rank],
         }
     }
@@ -364,16 +345,6 @@ pub(super) fn check_variance<T: Real>(variance: T) -> Result<(), ConditionError>
     Err(ConditionError::Variance {
         variance: variance.widen(),
     })
-}
-
-/// `out = S^T a`, `S` square and row-major. `r^2` multiply-adds.
-pub(super) fn project<T: Real>(root: &[T], a: &[T], out: &mut [T]) {
-    out.fill(T::zero());
-    for (line, weight) in root.chunks_exact(a.len()).zip(a) {
-        for (sum, entry) in out.iter_mut().zip(line) {
-            *sum += *weight * *entry;
-        }
-    }
 }
 
 impl<T: Real, B: AsRef<[T]>> Belief<T, B> {

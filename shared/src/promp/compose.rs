@@ -12,8 +12,9 @@ use thiserror::Error;
 
 use super::belief::{Belief, Innovation};
 use super::error::{ConditionError, RowError};
-use super::latent::{Latent, Row, Skill};
+use super::latent::{Latent, Skill};
 use super::mixture::Observation;
+use super::row::Row;
 use super::trajectory::Trajectory;
 use crate::Real;
 

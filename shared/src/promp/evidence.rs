@@ -3,25 +3,28 @@
 
 use crate::Real;
 
+/// Degrees of freedom `nu` of the skill, zero for a Gaussian.
+pub(super) const FREEDOM: usize = 0;
+/// The largest prior standard deviation of a latent coordinate.
+pub(super) const SPREAD: usize = 1;
 /// Log-likelihood under the Gaussian.
-pub(super) const LOG_LIKELIHOOD: usize = 0;
+pub(super) const LOG_LIKELIHOOD: usize = 2;
 /// Squared Mahalanobis distance, `m^2`.
-pub(super) const MAHALANOBIS: usize = 1;
+pub(super) const MAHALANOBIS: usize = 3;
 /// Log-determinant of the observations' covariance.
-pub(super) const LOG_DETERMINANT: usize = 2;
+const LOG_DETERMINANT: usize = 4;
 /// How many there were, `k`.
-pub(super) const COUNT: usize = 3;
-/// Degrees of freedom `nu` of the skill, zero for a Gaussian. The rest belongs to the prepared update.
-pub(super) const FREEDOM: usize = 4;
-/// `e`, observed less predicted.
-pub(super) const RESIDUAL: usize = 5;
-/// `alpha`, one over the variance of `e`; then its logarithm.
-const ALPHA: usize = 6;
-const LOG_ALPHA: usize = 7;
-/// `1 / (1 + sqrt(alpha R))`.
-pub(super) const ROOT_FACTOR: usize = 8;
+pub(super) const COUNT: usize = 5;
+/// What no coordinate of the mean exceeds.
+const REACH: usize = 6;
+/// Of the prepared update: `e sqrt(alpha)`, observed less predicted in standard deviations ...
+pub(super) const RESIDUAL: usize = 7;
+/// ... the logarithm of `alpha`, one over the variance of `e` ...
+const LOG_ALPHA: usize = 8;
+/// ... and `1 / (1 + sqrt(alpha R))`.
+pub(super) const ROOT_FACTOR: usize = 9;
 /// All of them.
-pub(super) const HEADER: usize = 9;
+pub(super) const HEADER: usize = 10;
 
 /// `ln(2 pi)`.
 const LN_TWO_PI: f64 = 1.837_877_066_409_345_5;
@@ -29,28 +32,28 @@ const LN_TWO_PI: f64 = 1.837_877_066_409_345_5;
 /// From here on four terms of Stirling's series are as good as an `f64` (3e-14).
 const STIRLING_FROM: f64 = 15.0;
 
-/// What the observations amount to once the prepared update is among them.
-pub(super) fn accumulated<T: Real>(header: &[T]) -> [T; RESIDUAL] {
-    let (residual, alpha, log_alpha) = (header[RESIDUAL], header[ALPHA], header[LOG_ALPHA]);
-    let distance = residual * alpha * residual;
-    let mut after = [T::zero(); RESIDUAL];
-    after[LOG_LIKELIHOOD] =
-        header[LOG_LIKELIHOOD] - T::of(0.5) * (distance - log_alpha + T::of(LN_TWO_PI));
-    after[MAHALANOBIS] = header[MAHALANOBIS] + distance;
-    after[LOG_DETERMINANT] = header[LOG_DETERMINANT] - log_alpha;
-    after[COUNT] = header[COUNT] + T::one();
-    after[FREEDOM] = header[FREEDOM];
-    after
+/// Adds the prepared update to what the observations amount to.
+pub(super) fn accumulate<T: Real>(header: &mut [T]) {
+    let (residual, log_alpha) = (header[RESIDUAL], header[LOG_ALPHA]);
+    let distance = residual * residual;
+    header[LOG_LIKELIHOOD] -= T::of(0.5) * (distance - log_alpha + T::of(LN_TWO_PI));
+    header[MAHALANOBIS] += distance;
+    header[LOG_DETERMINANT] -= log_alpha;
+    header[COUNT] += T::one();
+    header[REACH] += header[SPREAD] * residual.abs();
 }
 
-/// Whether twice the log-likelihood is finite, so that a log prior can be added, and with it the sums that
-/// a Student-t's is made of.
+/// Whether the scalar will hold everything after the prepared update: twice the log-likelihood, so that a log
+/// prior can be added; `m^2`, and the share of it that a Student-t's density takes (of a Gaussian, `m^2 / -2`);
+/// and every coordinate of the mean, none of which moves by more than its standard deviation times the
+/// residual's `e sqrt(alpha)`.
 pub(super) fn bounded<T: Real>(header: &[T]) -> bool {
-    let twice = header[LOG_LIKELIHOOD] + header[LOG_LIKELIHOOD];
-    // Of a Gaussian, `m^2 / -2`: nothing new.
-    let excess = header[FREEDOM] - T::of(2.0);
-    let spread = header[MAHALANOBIS] / excess;
-    twice.is_finite() && spread.is_finite()
+    let mut after = [T::zero(); HEADER];
+    after.copy_from_slice(header);
+    accumulate(&mut after);
+    let twice = |index: usize| after[index] + after[index];
+    let share = after[MAHALANOBIS] / (after[FREEDOM] - T::of(2.0));
+    twice(LOG_LIKELIHOOD).is_finite() && twice(REACH).is_finite() && share.is_finite()
 }
 
 /// Joint log density of the observations under the Student-t with the Gaussian's mean and covariance,

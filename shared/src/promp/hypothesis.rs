@@ -1,6 +1,6 @@
 //! One hypothesis about a movement under way: which skill, how long, since when.
 
-use super::latent::{Order, Quantity, Row};
+use super::row::{Order, Quantity, Row};
 use crate::Real;
 
 /// Which skill is performed, how long the whole movement takes and when it began.

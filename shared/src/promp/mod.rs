@@ -37,7 +37,7 @@
 //! |---|---|---|
 //! | loading ([`loading_len`]) | `D*K*r` = 10440 | 41760 constant |
 //! | one skill's mean, root, residual | `D*K + r^2 + D` = 1213 | 4852 constant |
-//! | one belief | `r^2 + 3r + 9` = 937 | 3748 RAM |
+//! | one belief | `r^2 + 2r + 10` = 909 | 3636 RAM |
 //! | row scratch of a mixture | `K + r` = 59 | 236 RAM |
 
 mod bank;
@@ -48,8 +48,10 @@ mod error;
 mod evidence;
 mod hypothesis;
 mod latent;
+mod linear;
 mod mixture;
 mod novelty;
+mod row;
 mod trajectory;
 
 pub use bank::{Bank, BankError, Dropped, bank_len};
@@ -60,7 +62,8 @@ pub use compose::{
 };
 pub use error::{BasisError, ConditionError, ModelError, RowError};
 pub use hypothesis::{Hypothesis, Observed};
-pub use latent::{Latent, Order, Quantity, Row, Skill, loading_len};
+pub use latent::{Latent, Skill, loading_len};
 pub use mixture::{Mixture, Observation, mixture_len};
 pub use novelty::{Known, Novelty, Watch, WatchError, triangle_len, watch_len};
-pub use trajectory::{Moments, Trajectory, trajectory_scratch_len};
+pub use row::{Order, Quantity, Row};
+pub use trajectory::{Moments, Trajectory, curves_scratch_len, trajectory_scratch_len};

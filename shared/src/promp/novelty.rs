@@ -15,7 +15,7 @@
 //! that `k` the movement is none of the known.
 
 use super::error::ModelError;
-use super::latent::dot;
+use super::linear::dot;
 use crate::Real;
 
 /// Numbers in the packed lower triangle of `rows` rows.

@@ -5,8 +5,8 @@ use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tonus_shared::promp::{
-    Basis, Latent, Mixture, Moments, Observation, Order, Row, Skill, Trajectory, mixture_len,
-    trajectory_scratch_len,
+    Basis, Latent, Mixture, Moments, Observation, Order, Row, RowError, Skill, Trajectory,
+    curves_scratch_len, mixture_len, trajectory_scratch_len,
 };
 
 const DOFS: usize = 3;
@@ -262,5 +262,72 @@ fn velocity_is_the_slope_of_position_in_time() {
                 assert!((velocity - slope).abs() < 1e-6 * velocity.abs().max(10.0));
             }
         }
+    }
+}
+
+/// All at once is one by one.
+#[test]
+fn curves_are_the_moments_of_every_row() {
+    let phases = [-0.3, 0.0, 0.21, 0.5, 0.83, 1.0, 1.4];
+    for problem in problems() {
+        let mixture = problem.observe(problem.skill().with_freedom(5.0).unwrap(), 0..7);
+        let posterior = mixture.trajectory(0).unwrap();
+        let prior = Trajectory::prior(problem.latent(), problem.skill()).unwrap();
+        let mut scratch = vec![f64::NAN; curves_scratch_len(phases.len(), BASIS, RANK)];
+        let mut one = vec![0.0; trajectory_scratch_len(BASIS, RANK)];
+        for trajectory in [&prior, &posterior] {
+            for order in [
+                Order::Position,
+                Order::Velocity {
+                    duration_s: DURATION_S,
+                },
+            ] {
+                let nothing = Moments {
+                    mean: f64::NAN,
+                    variance: f64::NAN,
+                };
+                let mut all = vec![nothing; DOFS * phases.len()];
+                trajectory
+                    .curves(order, &phases, &mut scratch, &mut all)
+                    .unwrap();
+                for (i, got) in all.iter().enumerate() {
+                    let (dof, phase) = (i / phases.len(), phases[i % phases.len()]);
+                    let row = Row { dof, order, phase };
+                    let expected = trajectory.moments(&row, &mut one).unwrap();
+                    near(
+                        got.mean,
+                        expected.mean,
+                        expected.mean.abs().max(10.0) * 1e-3,
+                    );
+                    near(
+                        got.variance,
+                        expected.variance,
+                        expected.variance.max(1.0) * 1e-3,
+                    );
+                }
+            }
+        }
+        let mut short = vec![
+            Moments {
+                mean: 0.0,
+                variance: 0.0
+            };
+            DOFS * phases.len() - 1
+        ];
+        let refused = prior.curves(Order::Position, &phases, &mut scratch, &mut short);
+        assert!(refused.unwrap_err().to_string().contains("21"));
+        assert_eq!(
+            prior.curves(Order::Position, &[], &mut scratch, &mut []),
+            Ok(())
+        );
+        let refused = prior.curves(
+            Order::Position,
+            &[f64::NAN],
+            &mut scratch,
+            &mut short[..DOFS],
+        );
+        assert!(matches!(refused, Err(RowError::Phase { .. })));
+        let refused = prior.curves(Order::Position, &phases, &mut scratch[1..], &mut []);
+        assert!(refused.is_err());
     }
 }

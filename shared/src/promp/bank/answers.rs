@@ -2,7 +2,7 @@
 
 use super::super::error::RowError;
 use super::super::hypothesis::Hypothesis;
-use super::super::latent::Quantity;
+use super::super::row::Quantity;
 use super::super::trajectory::Moments;
 use super::{Bank, BankError, check_time};
 use crate::Real;

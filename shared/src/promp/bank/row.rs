@@ -3,8 +3,8 @@
 use super::super::belief::Belief;
 use super::super::error::ConditionError;
 use super::super::hypothesis::{Hypothesis, Observed};
-use super::super::latent::Quantity;
-use super::super::latent::{Latent, Row, Skill};
+use super::super::latent::{Latent, Skill};
+use super::super::row::{Quantity, Row};
 use crate::Real;
 
 /// The row computed last, for as long as hypotheses ask for the same.

@@ -3,7 +3,8 @@
 use super::ComposeError;
 use crate::Real;
 use crate::promp::error::RowError;
-use crate::promp::latent::{Quantity, Row, dot};
+use crate::promp::linear::dot;
+use crate::promp::row::{Quantity, Row};
 use crate::promp::trajectory::{Trajectory, trajectory_scratch_len};
 
 /// Numbers that a [`Blend`] of `signals` signals stores: `3 n^2 + 2 n` and the scratch of a trajectory.
