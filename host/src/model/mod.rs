@@ -17,6 +17,7 @@ mod fits;
 mod fitted;
 mod hyperparameters;
 mod learn;
+pub mod novelty;
 mod parts;
 mod placement;
 pub mod recognise;
