@@ -65,6 +65,8 @@ fn positions(recording: &str, exclude: &[&str]) -> Vec<Demonstration> {
         exclude: &exclude,
     };
     let of_file = |file: &Path| read(&Table::open(file).expect("a table"), &choice);
-    let all = files.iter().map(|file| of_file(file).expect("demonstrations"));
+    let all = files
+        .iter()
+        .map(|file| of_file(file).expect("demonstrations"));
     all.flatten().collect()
 }

@@ -9,10 +9,14 @@
 //! value, so that no inferred stiffness is negative: values go in through [`Dof::encode`] and come out
 //! through [`Dof::decode`].
 
+mod assembly;
 pub mod calibration;
+mod choice;
 mod dof;
+mod em;
 pub mod evaluate;
 
+mod first_part;
 mod fits;
 mod fitted;
 mod hyperparameters;
@@ -26,8 +30,9 @@ mod subspace;
 mod weights;
 
 pub use dof::{Dof, NotPositive, Transform};
+pub use em::{Em, EmConfig, learn_em, run_em};
 pub use fits::Fitted;
 pub use fitted::{Model, View};
-pub use hyperparameters::{Hyperparameters, HyperparametersError, Shrinkage, Valid};
+pub use hyperparameters::{Hyperparameters, HyperparametersError, Predictive, Shrinkage, Valid};
 pub use learn::{LearnError, extend, fit, learn, learn_fitted};
 pub use parts::{Durations, Learner, Parts, PartsError};

@@ -24,6 +24,7 @@ use tonus_shared::promp::{Known, ModelError, Novelty, Watch, WatchError, watch_l
 
 use self::kernel::Kernels;
 use self::leave_out::LeftOut;
+use super::first_part::FirstPart;
 use super::{Dof, NotPositive, Valid};
 use crate::demonstration::Demonstration;
 
@@ -304,22 +305,17 @@ impl Gate {
         fraction: f64,
     ) -> Result<Option<Novelty<f64>>, GateError> {
         let mut watch = self.watch()?;
+        let part = FirstPart::of(demonstration, fraction);
         let within = |phase: &&f64| **phase <= fraction;
         for &phase in self.0.phases.iter().take_while(within) {
             for &(index, ref dof) in &self.0.dofs {
-                let value = value_within(demonstration, index, phase, fraction);
+                let value = part.value(index, phase);
                 let value = value.ok_or_else(|| no_dof(demonstration, index))?;
                 watch.observe(dof.encode(value)?)?;
             }
         }
         Ok(watch.novelty())
     }
-}
-
-/// A DoF's value at a phase from samples up to the phase `last` alone: the latest of them where the next lies after it.
-fn value_within(demonstration: &Demonstration, dof: usize, phase: f64, last: f64) -> Option<f64> {
-    let latest = demonstration.phases().take_while(|p| *p <= last).last();
-    demonstration.value_at(dof, phase.min(latest.unwrap_or(0.0)))
 }
 
 fn no_dof(demonstration: &Demonstration, dof: usize) -> GateError {
@@ -371,9 +367,10 @@ impl Seen {
         let class: Vec<usize> = demonstrations.iter().map(|d| index(d.class())).collect();
         let mut values = Vec::with_capacity(demonstrations.len() * phases.len() * dofs.len());
         for demonstration in demonstrations {
+            let part = FirstPart::of(demonstration, config.fraction);
             for &phase in &phases {
                 for &(index, ref dof) in &dofs {
-                    let value = value_within(demonstration, index, phase, config.fraction);
+                    let value = part.value(index, phase);
                     let value = value.ok_or_else(|| no_dof(demonstration, index))?;
                     values.push(dof.encode(value)?);
                 }

@@ -48,21 +48,29 @@ impl Said {
 
 /// Each class left out in turn. The library's own movements are held out by trial, in `folds`; everything of
 /// the gate is chosen and fixed on what is left.
-fn each_class_left_out(all: &[Demonstration], valid: &Valid, config: &GateConfig, folds: usize) -> Said {
+fn each_class_left_out(
+    all: &[Demonstration],
+    valid: &Valid,
+    config: &GateConfig,
+    folds: usize,
+) -> Said {
     let classes: BTreeSet<&str> = all.iter().map(Demonstration::class).collect();
     let trials: BTreeSet<&str> = all.iter().map(Demonstration::trial).collect();
     let fold = |d: &Demonstration| trials.iter().position(|t| *t == d.trial()).unwrap() % folds;
     let mut said = Said::default();
     for class in classes {
-        let (novel, library): (Vec<_>, Vec<_>) = all.iter().cloned().partition(|d| d.class() == class);
+        let (novel, library): (Vec<_>, Vec<_>) =
+            all.iter().cloned().partition(|d| d.class() == class);
         let gate = Gate::learn(&library, valid, config).unwrap();
         for movement in &novel {
             let novelty = gate.judge(movement, config.fraction).unwrap().unwrap();
             said.novel.push(novelty.score / novelty.threshold);
-            said.nearest.push((class.to_owned(), gate.classes()[novelty.nearest].clone()));
+            said.nearest
+                .push((class.to_owned(), gate.classes()[novelty.nearest].clone()));
         }
         for left_out in 0..folds {
-            let (held, rest): (Vec<_>, Vec<_>) = library.iter().cloned().partition(|d| fold(d) == left_out);
+            let (held, rest): (Vec<_>, Vec<_>) =
+                library.iter().cloned().partition(|d| fold(d) == left_out);
             let gate = Gate::learn(&rest, valid, config).unwrap();
             for movement in &held {
                 let novelty = gate.judge(movement, config.fraction).unwrap().unwrap();
