@@ -7,7 +7,8 @@
 //!
 //! How much one performance may differ from another ([`GateSettings`]) is chosen so that the gate tells apart what is
 //! *in* the library: each demonstration is also judged as if its own class were not there, which is what a
-//! movement from outside is like.
+//! movement from outside is like. Of those that do it about equally well the one is taken that compares most locally and
+//! is least impressed by single odd moments: outside the library lies more than what the library can show.
 
 mod kernel;
 mod leave_out;
@@ -165,17 +166,14 @@ impl Gate {
         config: &GateConfig,
     ) -> Result<Self, GateError> {
         let seen = Seen::of(demonstrations, valid, config)?;
-        let mut best: Option<(f64, GateSettings)> = None;
+        let mut tried = Vec::new();
         for kernel in GateSettings::tried() {
             let left_out = LeftOut::of(&seen, &kernel)?;
             for settings in kernel.tails() {
-                let told_apart = left_out.told_apart(settings.tail);
-                if best.is_none_or(|(most, _)| told_apart > most) {
-                    best = Some((told_apart, settings));
-                }
+                tried.push((left_out.told_apart(settings.tail), settings));
             }
         }
-        let settings = best.map_or_else(GateSettings::default, |(_, settings)| settings);
+        let settings = GateSettings::chosen(&tried).unwrap_or_default();
         Self::fitted(&seen, &settings, config)
     }
 

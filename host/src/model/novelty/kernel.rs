@@ -66,6 +66,21 @@ impl GateSettings {
         })
     }
 
+    /// Of settings, each with how well it tells apart and the standard error of that: of those no worse than the best
+    /// by more than one standard error (Breiman, Friedman, Olshen and Stone 1984) those of the least
+    /// bandwidth, of those the ones of the least tail, of those the best.
+    pub(super) fn chosen(tried: &[((f64, f64), Self)]) -> Option<Self> {
+        let better = |a: &&((f64, f64), Self), b: &&((f64, f64), Self)| a.0.0.total_cmp(&b.0.0);
+        let ((most, error), _) = *tried.iter().max_by(better)?;
+        let good = tried.iter().filter(|((told, _), _)| *told >= most - error);
+        let order = |a: &&((f64, f64), Self), b: &&((f64, f64), Self)| {
+            let bandwidth = a.1.bandwidth.total_cmp(&b.1.bandwidth);
+            let tail = a.1.tail.total_cmp(&b.1.tail);
+            bandwidth.then(tail).then(better(b, a))
+        };
+        good.min_by(order).map(|(_, settings)| *settings)
+    }
+
     /// These with every tail that is tried.
     pub(super) fn tails(self) -> [Self; TAILS.len()] {
         TAILS.map(|tail| Self { tail, ..self })

@@ -52,8 +52,8 @@ impl LeftOut {
     }
 
     /// How well the known and the same movements with their own class taken away are told apart: the area under the
-    /// detection curve over false alarm rates up to [`GREATEST_RATE`], from 0 to 1.
-    pub(super) fn told_apart(&self, tail: f64) -> f64 {
+    /// detection curve over false alarm rates up to [`GREATEST_RATE`], from 0 to 1, and its standard error.
+    pub(super) fn told_apart(&self, tail: f64) -> (f64, f64) {
         let least = |judged: &Judged, own: bool| {
             let classes = judged.squares.iter();
             let classes = classes.filter(|(q, _)| own || *q != judged.class);
@@ -66,12 +66,16 @@ impl LeftOut {
         let novel = self.judged.iter().map(|j| least(j, false));
         // A lone class has no others: nothing to choose by.
         let novel: Vec<f64> = novel.filter(|score| score.is_finite()).collect();
-        let area = novel.iter().map(|score| {
+        let areas = novel.iter().map(|score| {
             let below = known.partition_point(|k| k < score);
             let rate = (known.len() - below) as f64 / known.len() as f64;
             (1.0 - rate / GREATEST_RATE).max(0.0)
         });
-        area.sum::<f64>() / novel.len().max(1) as f64
+        let areas: Vec<f64> = areas.collect();
+        let count = areas.len().max(1) as f64;
+        let mean = areas.iter().sum::<f64>() / count;
+        let squares = areas.iter().map(|area| (area - mean) * (area - mean));
+        (mean, libm::sqrt(squares.sum::<f64>()) / count)
     }
 
     /// After each number of rows, the score that a share `rate` of the left out exceeds.
