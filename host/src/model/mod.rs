@@ -18,10 +18,12 @@ mod dof;
 mod em;
 pub mod evaluate;
 
+mod first_part;
 mod fits;
 mod fitted;
 mod hyperparameters;
 mod learn;
+pub mod novelty;
 mod parts;
 mod placement;
 pub mod recognise;

@@ -24,20 +24,21 @@ pub const fn triangle_len(rows: usize) -> usize {
     rows * (rows + 1) / 2
 }
 
-/// Numbers that a watch stores: the rows observed, and surprise and squared distance of every reference.
+/// Numbers that a watch stores: the whitened rows of every skill, and surprise and squared distance of every
+/// reference.
 #[must_use]
-pub const fn watch_len(rows: usize, references: usize) -> usize {
-    rows + 2 * references
+pub const fn watch_len(skills: usize, rows: usize, references: usize) -> usize {
+    skills * rows + 2 * references
 }
 
 /// What is known, as a gate learnt it: all borrowed (flash).
 #[derive(Clone, Copy, Debug)]
 pub struct Known<'a, T> {
-    /// Per skill, the lower triangle of `L_q^-1`, row after row: `Q x J (J + 1) / 2` for `J` rows.
-    pub whitening: &'a [T],
+    /// Per skill, the lower triangle of the Cholesky factor `L_q`, row after row: `Q x J (J + 1) / 2` for `J` rows.
+    pub factors: &'a [T],
     /// The whitened references `L_q^-1 x_i`, `N x J`.
     pub references: &'a [T],
-    /// Skill of each reference, `N`; those of a skill next to each other.
+    /// Skill of each reference, `N`.
     pub skills: &'a [usize],
     /// `nu`, above 0.
     pub tail: T,
@@ -52,21 +53,17 @@ impl<T: Real> Known<'_, T> {
         self.thresholds.len()
     }
 
-    /// The innovation of the last of the rows `observed` for each reference.
-    fn innovations(&self, observed: &[T], mut each: impl FnMut(usize, T)) {
-        let (rows, seen) = (self.rows(), observed.len());
-        let row = seen - 1;
-        let mut whitened = (usize::MAX, T::zero());
-        for (reference, &skill) in self.skills.iter().enumerate() {
-            if whitened.0 != skill {
-                let start = skill * triangle_len(rows) + triangle_len(row);
-                whitened = (skill, dot(&self.whitening[start..start + seen], observed));
-            }
-            each(
-                reference,
-                whitened.1 - self.references[reference * rows + row],
-            );
-        }
+    /// Skills, `Q`.
+    #[must_use]
+    pub fn skill_count(&self) -> usize {
+        let last = self.skills.iter().max();
+        last.map_or(0, |last| last.saturating_add(1))
+    }
+
+    /// Row `row` of a skill's factor, up to and with the diagonal.
+    fn factor(&self, skill: usize, row: usize) -> &[T] {
+        let start = skill * triangle_len(self.rows()) + triangle_len(row);
+        &self.factors[start..=start + row]
     }
 
     fn check(&self) -> Result<(), ModelError> {
@@ -76,15 +73,11 @@ impl<T: Real> Known<'_, T> {
                 return Err(ModelError::Empty { what });
             }
         }
-        let skills = self
-            .skills
-            .iter()
-            .max()
-            .map_or(0, |last| last.saturating_add(1));
+        let skills = self.skill_count();
         let lists = [
             (
-                "the whitening",
-                self.whitening,
+                "the factors",
+                self.factors,
                 skills.saturating_mul(triangle_len(rows)),
             ),
             (
@@ -109,9 +102,10 @@ impl<T: Real> Known<'_, T> {
                 return Err(ModelError::NonFinite { what, index, value });
             }
         }
-        if self.tail <= T::zero() {
+        let positive = |skill| (0..rows).all(|row| self.factor(skill, row)[row] > T::zero());
+        if self.tail <= T::zero() || !(0..skills).all(positive) {
             return Err(ModelError::Empty {
-                what: "unit of tail",
+                what: "positive tail and diagonal",
             });
         }
         Ok(())
@@ -180,7 +174,7 @@ impl<'a, T: Real, B: AsRef<[T]> + AsMut<[T]>> Watch<'a, T, B> {
     /// Lists of `known` that do not fit together or hold a number that is not finite, storage too short.
     pub fn new(known: Known<'a, T>, storage: B) -> Result<Self, ModelError> {
         known.check()?;
-        let needed = watch_len(known.rows(), known.skills.len());
+        let needed = watch_len(known.skill_count(), known.rows(), known.skills.len());
         let got = storage.as_ref().len();
         if got < needed {
             return Err(ModelError::Storage {
@@ -224,22 +218,31 @@ impl<'a, T: Real, B: AsRef<[T]> + AsMut<[T]>> Watch<'a, T, B> {
         if !value.is_finite() {
             return Err(WatchError::Value { value: widened });
         }
-        let (observed, sums) = self.storage.as_mut().split_at_mut(rows);
-        observed[row] = value;
-        let observed = &observed[..=row];
-        // Twice: the first time for what cannot be held, so that nothing changes then.
+        let skills = known.skill_count();
+        let (whitened, sums) = self.storage.as_mut().split_at_mut(skills * rows);
+        // Forward substitution. An entry counts from `seen` on only, so that a refusal leaves everything as it was.
+        for (skill, whitened) in whitened.chunks_exact_mut(rows).enumerate() {
+            let factor = known.factor(skill, row);
+            let (before, rest) = whitened.split_at_mut(row);
+            rest[0] = (value - dot(&factor[..row], before)) / factor[row];
+        }
+        let innovation = |reference: usize, skill: usize| {
+            whitened[skill * rows + row] - known.references[reference * rows + row]
+        };
         let mut finite = true;
-        known.innovations(observed, |reference, d| {
-            let square = sums[2 * reference + 1] + d * d;
-            finite &= (square + d * d / known.tail).is_finite();
-        });
+        let of_reference = || known.skills.iter().copied().enumerate();
+        for ((reference, skill), sums) in of_reference().zip(sums.chunks_exact(2)) {
+            let d = innovation(reference, skill);
+            finite &= (sums[1] + d * d + d * d / known.tail).is_finite();
+        }
         if !finite {
             return Err(WatchError::Overflow { value: widened });
         }
-        known.innovations(observed, |reference, d| {
-            sums[2 * reference] += (d * d / known.tail).ln_1p();
-            sums[2 * reference + 1] += d * d;
-        });
+        for ((reference, skill), sums) in of_reference().zip(sums.chunks_exact_mut(2)) {
+            let d = innovation(reference, skill);
+            sums[0] += (d * d / known.tail).ln_1p();
+            sums[1] += d * d;
+        }
         self.seen += 1;
         Ok(())
     }
@@ -270,6 +273,7 @@ impl<'a, T: Real, B: AsRef<[T]> + AsMut<[T]>> Watch<'a, T, B> {
     }
 
     fn sums(&self) -> impl Iterator<Item = &[T]> {
-        self.storage.as_ref()[self.known.rows()..].chunks_exact(2)
+        let whitened = self.known.skill_count() * self.known.rows();
+        self.storage.as_ref()[whitened..].chunks_exact(2)
     }
 }
