@@ -2,6 +2,7 @@
 //! commands a robot as an impedance.
 
 pub mod atomic;
+pub mod baseline;
 pub mod demo;
 pub mod demonstration;
 pub mod envelope;

@@ -9,6 +9,7 @@
 //! Duration and start of each movement are known (an oracle) unless a field says `unknown_tempo`.
 
 mod bands;
+pub mod baselines;
 pub mod data;
 pub mod figures;
 pub mod hand_over;
@@ -21,6 +22,7 @@ mod statistics;
 use serde::Serialize;
 use serde_json::Value;
 
+use crate::baseline::BaselineError;
 use crate::demonstration::{DemonstrationError, ReadError};
 use crate::model::recognise::RecogniseError;
 use crate::model::{HyperparametersError, LearnError};
@@ -67,6 +69,9 @@ pub struct Results {
     /// Recordings of real people by others.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub recordings: Option<Vec<recordings::Recording>>,
+    /// Other methods on the same data.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub baselines: Option<baselines::Baselines>,
 }
 
 /// Answers counted.
@@ -138,6 +143,9 @@ pub enum ExperimentError {
     /// Learning.
     #[error(transparent)]
     Learn(#[from] LearnError),
+    /// Another method.
+    #[error(transparent)]
+    Baseline(#[from] BaselineError),
     /// Inference.
     #[error(transparent)]
     Recognise(#[from] RecogniseError),
@@ -165,6 +173,7 @@ impl Results {
             object_matching: None,
             pick_and_place: None,
             recordings: None,
+            baselines: None,
         }
     }
 }
