@@ -25,6 +25,7 @@ use crate::demonstration::{DemonstrationError, ReadError};
 use crate::model::recognise::RecogniseError;
 use crate::model::{HyperparametersError, LearnError};
 use crate::simulate::difficulty::DensityError;
+use crate::simulate::operator::OperatorError;
 use crate::simulate::rig::RigError;
 use crate::table::TableError;
 use tonus_shared::promp::{BasisError, ModelError};
@@ -121,6 +122,9 @@ pub enum ExperimentError {
     /// The simulated wearer.
     #[error(transparent)]
     Rig(#[from] RigError),
+    /// The operator's second pass.
+    #[error(transparent)]
+    Operator(#[from] OperatorError),
     /// A recorded demonstration.
     #[error("movement {trial} of a simulated sitting was not recorded: {source}")]
     Demonstration {
