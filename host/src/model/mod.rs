@@ -9,12 +9,17 @@
 //! value, so that no inferred stiffness is negative: values go in through [`Dof::encode`] and come out
 //! through [`Dof::decode`].
 
+mod assembly;
+mod choice;
 mod dof;
+mod em;
 pub mod evaluate;
 
+mod fits;
 mod fitted;
 mod hyperparameters;
 mod learn;
+mod parts;
 mod placement;
 pub mod recognise;
 mod shrinkage;
@@ -22,6 +27,9 @@ mod subspace;
 mod weights;
 
 pub use dof::{Dof, NotPositive, Transform};
-pub use fitted::{Durations, Model, Parts, PartsError, View};
-pub use hyperparameters::{Hyperparameters, HyperparametersError, Shrinkage, Valid};
-pub use learn::{LearnError, learn};
+pub use em::{Em, EmConfig, learn_em, run_em};
+pub use fits::Fitted;
+pub use fitted::{Model, View};
+pub use hyperparameters::{Hyperparameters, HyperparametersError, Predictive, Shrinkage, Valid};
+pub use learn::{LearnError, extend, fit, learn, learn_fitted};
+pub use parts::{Durations, Learner, Parts, PartsError};

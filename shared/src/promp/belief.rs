@@ -3,23 +3,21 @@
 use core::marker::PhantomData;
 
 use super::error::{ConditionError, ModelError, RowError};
+use super::evidence::{
+    self, COUNT, FREEDOM, HEADER, LOG_LIKELIHOOD, MAHALANOBIS, RESIDUAL, ROOT_FACTOR,
+};
 use super::latent::{Skill, dot};
 use crate::Real;
 
-/// `ln(2 pi)`.
-const LN_TWO_PI: f64 = 1.837_877_066_409_345_5;
-
-/// Scalars ahead of the vectors in a belief's storage: log-likelihood, and the prepared update's
-/// log-likelihood, residual and root factor.
-const HEADER: usize = 4;
-
-/// Numbers that a belief of rank `rank` stores: `r^2 + 3 r + 4`.
+/// Numbers that a belief of rank `rank` stores: `r^2 + 3 r + 9`.
 #[must_use]
 pub const fn belief_len(rank: usize) -> usize {
     rank * rank + 3 * rank + HEADER
 }
 
-/// What one observation told: how far it lay from the prediction, and how uncertain that was.
+/// What one observation told: how far it lay from the prediction, and how uncertain that was (in the
+/// Gaussian's metric: for a Student-t the prediction's variance was [`Belief::inflation`], as it was before the
+/// observation, times that).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Innovation<T> {
     /// Observed less predicted, in the observation's unit.
@@ -29,7 +27,9 @@ pub struct Innovation<T> {
 }
 
 /// A Gaussian over the latent `z`: mean, and square root `S` of the covariance `P = S S^T`, with the
-/// joint log-likelihood of all that was observed.
+/// joint log-likelihood of all that was observed. For a skill with degrees of freedom
+/// ([`Skill::with_freedom`]) the belief is a Student-t: same mean, covariance
+/// [`Belief::inflation`] times `S S^T`.
 ///
 /// `B` is storage of at least [`belief_len`] numbers: `[T; N]` on the chip, `Vec<T>` on the host,
 /// `&[T]` where a [`super::Mixture`] lends one of its own.
@@ -38,6 +38,14 @@ pub struct Belief<T, B> {
     rank: usize,
     storage: B,
     scalar: PhantomData<T>,
+}
+
+/// What a belief says of the movement, for as long as its storage lives.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Posterior<'a, T> {
+    pub(super) mean: &'a [T],
+    pub(super) root: &'a [T],
+    pub(super) inflation: T,
 }
 
 /// The storage by its parts.
@@ -68,10 +76,54 @@ impl<T: Real, B: AsRef<[T]>> Belief<T, B> {
     }
 
     /// Joint log-likelihood of all observations since the start, in nats (densities in the
-    /// observations' own units).
+    /// observations' own units): Gaussian, or of the Student-t whose degrees of freedom the skill states.
     #[must_use]
     pub fn log_likelihood(&self) -> T {
-        self.storage.as_ref()[0]
+        let header = self.storage.as_ref();
+        self.prior_freedom()
+            .map_or(header[LOG_LIKELIHOOD], |_| evidence::log_density(header))
+    }
+
+    /// How many numbers were observed since the start, `k` (a whole number).
+    #[must_use]
+    pub fn observations(&self) -> T {
+        self.storage.as_ref()[COUNT]
+    }
+
+    /// Squared Mahalanobis distance of all that was observed from what the skill expected, `m^2`: the sum
+    /// of every [`Innovation`]'s `residual^2 / variance`. Under a Gaussian skill, chi-square
+    /// of [`Belief::observations`] degrees of freedom.
+    #[must_use]
+    pub fn mahalanobis(&self) -> T {
+        self.storage.as_ref()[MAHALANOBIS]
+    }
+
+    /// What the covariance `S S^T` is to be multiplied by: `(nu - 2 + m^2) / (nu - 2 + k)` for a skill of
+    /// `nu` degrees of freedom, one for a Gaussian. [`Trajectory`](super::Trajectory)'s answers carry it.
+    #[must_use]
+    pub fn inflation(&self) -> T {
+        self.prior_freedom()
+            .map_or_else(T::one, |_| evidence::inflation(self.storage.as_ref()))
+    }
+
+    /// Degrees of freedom of what the belief now expects, `nu + k`; `None` for a Gaussian.
+    #[must_use]
+    pub fn freedom(&self) -> Option<T> {
+        Some(self.prior_freedom()? + self.observations())
+    }
+
+    fn prior_freedom(&self) -> Option<T> {
+        let freedom = self.storage.as_ref()[FREEDOM];
+        (freedom > T::zero()).then_some(freedom)
+    }
+
+    /// Mean, root and inflation.
+    pub(super) fn posterior(&self) -> Posterior<'_, T> {
+        Posterior {
+            mean: self.mean(),
+            root: self.root(),
+            inflation: self.inflation(),
+        }
     }
 
     /// Mean of `z`, `r`.
@@ -80,7 +132,8 @@ impl<T: Real, B: AsRef<[T]>> Belief<T, B> {
         mean_of(self.rank, self.storage.as_ref())
     }
 
-    /// Square root `S` of the covariance of `z`, `r x r` row-major (not triangular).
+    /// Square root `S` of the covariance of `z` before its [`Belief::inflation`], `r x r` row-major (not
+    /// triangular).
     #[must_use]
     pub fn root(&self) -> &[T] {
         root_of(self.rank, self.storage.as_ref())
@@ -88,12 +141,13 @@ impl<T: Real, B: AsRef<[T]>> Belief<T, B> {
 }
 
 impl<'s, T: Real> Belief<T, &'s [T]> {
-    /// Mean and root for as long as the storage lives, which may be longer than this view of it.
-    pub(super) fn lent(&self) -> (&'s [T], &'s [T]) {
-        (
-            mean_of(self.rank, self.storage),
-            root_of(self.rank, self.storage),
-        )
+    /// As [`Belief::posterior`], for as long as the storage lives, which may be longer than this view of it.
+    pub(super) fn lent(&self) -> Posterior<'s, T> {
+        Posterior {
+            mean: mean_of(self.rank, self.storage),
+            root: root_of(self.rank, self.storage),
+            inflation: self.inflation(),
+        }
     }
 }
 
@@ -146,17 +200,18 @@ impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
                 got: root.len(),
             });
         }
-        self.start(skill.root());
+        self.start(skill);
         Ok(())
     }
 
-    /// The prior with this root (`r x r`, `None` the identity), whatever the storage held.
-    pub(super) fn start(&mut self, root: Option<&[T]>) {
+    /// The prior of a skill of the same rank, whatever the storage held.
+    pub(super) fn start(&mut self, skill: &Skill<'_, T>) {
         let rank = self.rank;
         let parts = self.parts();
         parts.header.fill(T::zero());
+        parts.header[FREEDOM] = skill.freedom().unwrap_or_else(T::zero);
         parts.mean.fill(T::zero());
-        match root {
+        match skill.root() {
             Some(root) => parts.root.copy_from_slice(root),
             None => {
                 parts.root.fill(T::zero());
@@ -173,6 +228,7 @@ impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
     /// f = S^T a    alpha = 1 / (f^T f + R)    g = alpha S f
     /// z += g (y - offset - a^T z)             S -= g f^T / (1 + sqrt(alpha R))
     /// ll -= (e^2 alpha - ln alpha + ln 2 pi) / 2,   e = y - offset - a^T z
+    /// m^2 += e^2 alpha                        ln det -= ln alpha
     /// ```
     ///
     /// `P` stays positive semi-definite whatever the rounding, and no matrix is inverted. Several
@@ -232,10 +288,15 @@ impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
         let alpha = T::one() / innovation_variance;
         let predicted = offset + dot(a, parts.mean);
         let residual = value - predicted;
-        let half = T::of(0.5);
-        let log_likelihood =
-            parts.header[0] - half * (residual * alpha * residual - alpha.ln() + T::of(LN_TWO_PI));
-        let mut finite = alpha > T::zero() && (log_likelihood + log_likelihood).is_finite();
+        let update = [
+            residual,
+            alpha,
+            alpha.ln(),
+            T::one() / (T::one() + (alpha * variance).sqrt()),
+        ];
+        parts.header[RESIDUAL..].copy_from_slice(&update);
+        let after = evidence::accumulated(parts.header);
+        let mut finite = alpha > T::zero() && evidence::bounded(&after);
         for ((gain, line), mean) in parts
             .gain
             .iter_mut()
@@ -251,9 +312,6 @@ impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
                 predicted: predicted.widen(),
             });
         }
-        parts.header[1] = log_likelihood;
-        parts.header[2] = residual;
-        parts.header[3] = T::one() / (T::one() + (alpha * variance).sqrt());
         Ok(Innovation {
             residual,
             variance: innovation_variance,
@@ -270,8 +328,9 @@ impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
             gain,
             root,
         } = self.parts();
-        header[0] = header[1];
-        let (residual, factor) = (header[2], header[3]);
+        let after = evidence::accumulated(header);
+        header[..RESIDUAL].copy_from_slice(&after);
+        let (residual, factor) = (header[RESIDUAL], header[ROOT_FACTOR]);
         for ((line, gain), mean) in root.chunks_exact_mut(rank).zip(gain.iter()).zip(mean) {
             *mean += *gain * residual;
             let scaled = *gain * factor;

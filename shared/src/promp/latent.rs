@@ -187,13 +187,15 @@ impl<'a, T: Real> Latent<'a, T> {
     }
 }
 
-/// One skill: the Gaussian `w = mu + L z`, `z ~ N(0, P0)`, `P0 = root root^T`, and its prior.
+/// One skill: the Gaussian `w = mu + L z`, `z ~ N(0, P0)`, `P0 = root root^T`, and its prior; or, by
+/// [`Skill::with_freedom`], the Student-t of the same mean and covariance.
 #[derive(Clone, Copy, Debug)]
 pub struct Skill<'a, T> {
     weight_mean: &'a [T],
     root: Option<&'a [T]>,
     residual_variance: &'a [T],
     log_prior: T,
+    freedom: Option<T>,
 }
 
 impl<'a, T: Real> Skill<'a, T> {
@@ -222,6 +224,7 @@ impl<'a, T: Real> Skill<'a, T> {
             root,
             residual_variance,
             log_prior,
+            freedom: None,
         };
         skill.matches(latent)?;
         check_finite("the weight mean", weight_mean)?;
@@ -242,6 +245,27 @@ impl<'a, T: Real> Skill<'a, T> {
             }
         }
         Ok(skill)
+    }
+
+    /// The same skill with the tails of a few demonstrations: all its observations, noise included, are
+    /// jointly a multivariate Student-t of `degrees_of_freedom` with the Gaussian's mean and
+    /// covariance (its scale matrix is the covariance times `(nu - 2) / nu`). Means and prior variances
+    /// are as before; what changes is [`Belief::log_likelihood`](super::Belief::log_likelihood) and,
+    /// once something was observed, the posterior's variance
+    /// ([`Belief::inflation`](super::Belief::inflation)).
+    ///
+    /// # Errors
+    /// Degrees of freedom not finite or not above 2, below which there is no covariance.
+    pub fn with_freedom(self, degrees_of_freedom: T) -> Result<Self, ModelError> {
+        if degrees_of_freedom.is_finite() && degrees_of_freedom > T::of(2.0) {
+            return Ok(Self {
+                freedom: Some(degrees_of_freedom),
+                ..self
+            });
+        }
+        Err(ModelError::Freedom {
+            freedom: degrees_of_freedom.widen(),
+        })
     }
 
     /// Whether the skill has the shape of `latent`.
@@ -280,6 +304,12 @@ impl<'a, T: Real> Skill<'a, T> {
     #[must_use]
     pub const fn log_prior(&self) -> T {
         self.log_prior
+    }
+
+    /// Degrees of freedom `nu` of a Student-t, `None` for a Gaussian.
+    #[must_use]
+    pub const fn freedom(&self) -> Option<T> {
+        self.freedom
     }
 
     /// The row's value at `z = 0`: `psi^T mu_d`, with `psi` from [`Latent::row`]. `K` multiply-adds.

@@ -76,7 +76,7 @@ impl<'a, T: Real, B: AsRef<[T]> + AsMut<[T]>> Mixture<'a, T, B> {
         let skills = self.skills;
         let (_, _, blocks) = self.split();
         for (skill, block) in skills.iter().zip(blocks.chunks_exact_mut(belief_len(rank))) {
-            Belief::view(rank, block).start(skill.root());
+            Belief::view(rank, block).start(skill);
         }
     }
 
@@ -130,8 +130,12 @@ impl<'a, T: Real, B: AsRef<[T]> + AsMut<[T]>> Mixture<'a, T, B> {
     /// The movement of one skill under its belief, `None` for an index that is none.
     #[must_use]
     pub fn trajectory(&self, skill: usize) -> Option<Trajectory<'_, T>> {
-        let lent = self.belief(skill)?.lent();
-        Some(Trajectory::of(self.latent, *self.skills.get(skill)?, lent))
+        let posterior = self.belief(skill)?.lent();
+        Some(Trajectory::of(
+            self.latent,
+            *self.skills.get(skill)?,
+            posterior,
+        ))
     }
 
     /// Log prior plus joint log-likelihood of one skill, `None` for an index that is none.

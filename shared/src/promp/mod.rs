@@ -12,6 +12,7 @@
 //! | skill | a Gaussian over weights, learned from demonstrations (eq. 2) |
 //! | loading `L` | `D*K x r`: the `r` directions in which the demonstrations differ |
 //! | latent `z` | `r` coordinates along the loading: `w = mu + L z` |
+//! | freedom `nu` | degrees of freedom of a Student-t with the skill's mean and covariance; none: Gaussian |
 //! | belief | mean and square root `S` of the covariance `P = S S^T` of `z` after some observations |
 //! | row `a` | `L_d^T psi(s)`: how one observed number depends on `z` |
 //!
@@ -35,14 +36,16 @@
 //! |---|---|---|
 //! | loading ([`loading_len`]) | `D*K*r` = 10440 | 41760 constant |
 //! | one skill's mean, root, residual | `D*K + r^2 + D` = 1213 | 4852 constant |
-//! | one belief | `r^2 + 3r + 4` = 932 | 3728 RAM |
+//! | one belief | `r^2 + 3r + 9` = 937 | 3748 RAM |
 //! | row scratch of a mixture | `K + r` = 59 | 236 RAM |
 
 mod basis;
 mod belief;
 mod error;
+mod evidence;
 mod latent;
 mod mixture;
+
 mod trajectory;
 
 pub use basis::{Basis, Family};

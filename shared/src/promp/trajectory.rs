@@ -1,6 +1,6 @@
 //! What a belief says about the movement: mean, variance and covariance of any rows.
 
-use super::belief::{Belief, project};
+use super::belief::{Belief, Posterior, project};
 use super::error::{ModelError, RowError};
 use super::latent::{Latent, Row, Skill, dot};
 use crate::Real;
@@ -30,6 +30,8 @@ pub struct Trajectory<'a, T> {
     mean: Option<&'a [T]>,
     /// `None` is the identity.
     root: Option<&'a [T]>,
+    /// Factor on every covariance, one for a Gaussian.
+    inflation: T,
 }
 
 impl<'a, T: Real> Trajectory<'a, T> {
@@ -44,6 +46,7 @@ impl<'a, T: Real> Trajectory<'a, T> {
             skill,
             mean: None,
             root: skill.root(),
+            inflation: T::one(),
         })
     }
 
@@ -64,20 +67,21 @@ impl<'a, T: Real> Trajectory<'a, T> {
                 got: belief.rank(),
             });
         }
-        Ok(Self::of(latent, skill, (belief.mean(), belief.root())))
+        Ok(Self::of(latent, skill, belief.posterior()))
     }
 
     /// As [`Trajectory::posterior`], shapes known to agree.
     pub(super) const fn of(
         latent: Latent<'a, T>,
         skill: Skill<'a, T>,
-        (mean, root): (&'a [T], &'a [T]),
+        posterior: Posterior<'a, T>,
     ) -> Self {
         Self {
             latent,
             skill,
-            mean: Some(mean),
-            root: Some(root),
+            mean: Some(posterior.mean),
+            root: Some(posterior.root),
+            inflation: posterior.inflation,
         }
     }
 
@@ -89,7 +93,7 @@ impl<'a, T: Real> Trajectory<'a, T> {
     pub fn moments(&self, row: &Row<T>, scratch: &mut [T]) -> Result<Moments<T>, RowError> {
         let [psi, a, f, _] = self.split(scratch)?;
         let mean = self.project(row, psi, a, f)?;
-        let variance = dot(f, f);
+        let variance = self.inflation * dot(f, f);
         row.bounded(mean.is_finite() && variance.is_finite())?;
         Ok(Moments { mean, variance })
     }
@@ -109,7 +113,7 @@ impl<'a, T: Real> Trajectory<'a, T> {
         let [psi, a, f, g] = self.split(scratch)?;
         self.project(one, psi, a, f)?;
         self.project(other, psi, a, g)?;
-        let covariance = dot(f, g);
+        let covariance = self.inflation * dot(f, g);
         one.bounded(covariance.is_finite())?;
         Ok(covariance)
     }

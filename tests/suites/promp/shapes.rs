@@ -8,8 +8,8 @@ use tonus_shared::promp::{
 // The paper's hand-over (12 DoFs, 30 functions, 30 demonstrations) with three skills, in `f32`.
 const _: () = {
     assert!(4 * loading_len(12, 30, 29) == 41_760);
-    assert!(4 * belief_len(29) == 3_728);
-    assert!(4 * mixture_len(3, 30, 29) == 11_420);
+    assert!(4 * belief_len(29) == 3_748);
+    assert!(4 * mixture_len(3, 30, 29) == 11_480);
     assert!(4 * trajectory_scratch_len(30, 29) == 468);
 };
 
@@ -137,12 +137,12 @@ fn storage_too_short_says_how_much_it_needs() {
     let short = Mixture::new(latent, &skills, [0.0; mixture_len(1, BASIS, RANK) - 1]).unwrap_err();
     assert_eq!(
         short.to_string(),
-        "the mixture's storage holds 28 numbers and needs at least 29"
+        "the mixture's storage holds 33 numbers and needs at least 34"
     );
     let short = Belief::new(RANK, &skills[0], [0.0; belief_len(RANK) - 1]).unwrap_err();
     assert_eq!(
         short.to_string(),
-        "the belief's storage holds 21 numbers and needs at least 22"
+        "the belief's storage holds 26 numbers and needs at least 27"
     );
     let none = Mixture::new(latent, &[], [0.0; 100]).unwrap_err();
     assert_eq!(none, ModelError::Empty { what: "skill" });
