@@ -24,6 +24,7 @@ mod placement;
 pub mod recognise;
 mod shrinkage;
 mod subspace;
+pub mod tempo;
 mod weights;
 
 pub use dof::{Dof, NotPositive, Transform};

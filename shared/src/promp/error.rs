@@ -99,6 +99,12 @@ pub enum ModelError {
         /// The row of the root.
         row: usize,
     },
+    /// A floor that every hypothesis would be below.
+    #[error("the floor is {floor_nats} nats below the best: give a positive number")]
+    Floor {
+        /// The floor, nats.
+        floor_nats: f64,
+    },
 }
 
 /// A row (one DoF, position or velocity, at one phase) that the model cannot have.

@@ -22,7 +22,8 @@
 //!
 //! # Rooms
 //!
-//! [`Basis`] -> [`Latent`] and [`Row`] -> [`Skill`] -> [`Belief`] -> [`Trajectory`], [`Mixture`].
+//! [`Basis`] -> [`Latent`] and [`Row`] -> [`Skill`] -> [`Belief`] -> [`Trajectory`], [`Mixture`]; [`Bank`] where
+//! duration and onset are not known.
 //! All skills of a [`Mixture`] share one loading, so the row is computed once for all of them; each
 //! has its own mean and its own initial root.
 //!
@@ -30,7 +31,7 @@
 //!
 //! Nothing here allocates: constants are borrowed slices (flash), state is storage that the caller
 //! hands over (an array on the chip, a vector on the host), at least as long as [`belief_len`],
-//! [`mixture_len`] or [`trajectory_scratch_len`] say. For `D = 12`, `K = 30`, `r = 29` in `f32`:
+//! [`mixture_len`], [`bank_len`] or [`trajectory_scratch_len`] say. For `D = 12`, `K = 30`, `r = 29` in `f32`:
 //!
 //! | | numbers | bytes |
 //! |---|---|---|
@@ -39,18 +40,22 @@
 //! | one belief | `r^2 + 3r + 9` = 937 | 3748 RAM |
 //! | row scratch of a mixture | `K + r` = 59 | 236 RAM |
 
+mod bank;
 mod basis;
 mod belief;
 mod error;
 mod evidence;
+mod hypothesis;
 mod latent;
 mod mixture;
 
 mod trajectory;
 
+pub use bank::{Bank, BankError, Dropped, bank_len};
 pub use basis::{Basis, Family};
 pub use belief::{Belief, Innovation, belief_len};
 pub use error::{BasisError, ConditionError, ModelError, RowError};
+pub use hypothesis::{Hypothesis, Observed, Quantity};
 pub use latent::{Latent, Order, Row, Skill, loading_len};
 pub use mixture::{Mixture, Observation, mixture_len};
 pub use trajectory::{Moments, Trajectory, trajectory_scratch_len};
