@@ -17,6 +17,7 @@ pub mod object_matching;
 pub mod pick_and_place;
 pub mod recordings;
 mod statistics;
+mod widths;
 
 use serde::Serialize;
 use serde_json::Value;
