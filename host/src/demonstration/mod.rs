@@ -5,6 +5,7 @@
 //! least squares that fits the weights does not need them. Learning by EM takes the rest of such a row too
 //! ([`read_with_gaps`]).
 
+mod path;
 mod read;
 
 pub use read::{Choice, ReadError, read, read_with_gaps};
@@ -160,6 +161,17 @@ impl Demonstration {
     #[must_use]
     pub fn present(&self, dof: usize) -> Option<&[bool]> {
         self.present.get(dof).map(Vec::as_slice)
+    }
+
+    /// The same performance of another class.
+    #[must_use]
+    pub fn with_label(&self, label: impl Into<String>) -> Self {
+        let label = label.into();
+        Self {
+            class: label.clone(),
+            label,
+            ..self.clone()
+        }
     }
 
     /// Name of the skill.

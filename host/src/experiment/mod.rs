@@ -23,6 +23,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use crate::demonstration::{DemonstrationError, ReadError};
+use crate::model::cluster::ClusterError;
 use crate::model::recognise::RecogniseError;
 use crate::model::{HyperparametersError, LearnError};
 use crate::simulate::difficulty::DensityError;
@@ -143,6 +144,9 @@ pub enum ExperimentError {
     /// Learning.
     #[error(transparent)]
     Learn(#[from] LearnError),
+    /// Clustering.
+    #[error(transparent)]
+    Cluster(#[from] ClusterError),
     /// Inference.
     #[error(transparent)]
     Recognise(#[from] RecogniseError),

@@ -10,8 +10,10 @@ use super::look::{Answers, Look, Looks, answer, recognise, score};
 use super::widths::NOMINAL;
 use super::{Config, ExperimentError, Point, Progress, Score, Sweeps, data};
 use crate::demonstration::Demonstration;
+use crate::model::cluster::{ClusterConfig, adjusted_rand_index, cluster};
 use crate::model::recognise::Recogniser;
 use crate::model::{Model, Valid, learn};
+use crate::simulate::skills::Skill;
 
 /// What was found.
 #[derive(Debug, Clone, Serialize)]
@@ -26,8 +28,7 @@ pub struct PickAndPlace {
     /// accuracy.
     pub training: Score,
     /// The demonstrations clustered without their labels.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub unlabelled: Option<Unlabelled>,
+    pub unlabelled: Unlabelled,
     /// Onset and duration of each movement not announced.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unknown_tempo: Option<UnknownTempo>,
@@ -137,7 +138,7 @@ pub fn run(
         first_half: at(&sweeps.by_fraction, 0.5),
         three_observations: at(&sweeps.by_observations, 3.0),
         training,
-        unlabelled: None,
+        unlabelled: unlabelled(&demonstrations, config.seed)?,
         unknown_tempo: None,
         sweeps,
         figures: Figures {
@@ -174,6 +175,23 @@ fn learn_as_one(demonstrations: &[Demonstration]) -> Result<Model, ExperimentErr
     });
     let renamed = renamed.collect::<Result<Vec<_>, _>>()?;
     Ok(learn(&renamed, &data::hyperparameters()?)?)
+}
+
+/// Clusters of the demonstrations, whose labels are looked at for the agreement alone.
+fn unlabelled(demonstrations: &[Demonstration], seed: u64) -> Result<Unlabelled, ExperimentError> {
+    let given = ClusterConfig {
+        seed,
+        ..ClusterConfig::default()
+    };
+    let none = vec![None; demonstrations.len()];
+    let clusters = cluster(demonstrations, &data::hyperparameters()?, &none, &given)?;
+    let labels = Skill::PICK_AND_PLACE.map(Skill::label);
+    let own = |d: &Demonstration| labels.iter().position(|label| *label == d.label());
+    let own: Vec<usize> = demonstrations.iter().filter_map(own).collect();
+    Ok(Unlabelled {
+        components: clusters.components,
+        adjusted_rand_index: adjusted_rand_index(&own, &clusters.assignment).unwrap_or(f64::NAN),
+    })
 }
 
 /// How to learn models that are tested on even and on odd demonstrations, each chosen on the others. Demonstrations

@@ -11,6 +11,7 @@
 
 mod assembly;
 mod choice;
+pub mod cluster;
 mod dof;
 mod em;
 pub mod evaluate;
