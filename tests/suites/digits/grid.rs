@@ -25,6 +25,8 @@ pub(crate) enum Phase {
 pub(crate) struct Setting {
     pub(crate) ways: Ways,
     pub(crate) phase: Phase,
+    /// Degrees of freedom of each component's Student-t; a Gaussian without.
+    pub(crate) freedom: Option<f64>,
     pub(crate) functions: usize,
     pub(crate) placement_m: f64,
     pub(crate) pooled: f64,
@@ -37,6 +39,7 @@ impl Display for Setting {
         let Self {
             ways,
             phase,
+            freedom,
             functions,
             placement_m,
             pooled,
@@ -45,74 +48,60 @@ impl Display for Setting {
         } = self;
         write!(
             f,
-            "{ways:?}, phase by {phase:?}, K {functions}, placement {placement_m} m, a {pooled}, b {diagonal}, \
-             sigma {sigma_m} m"
+            "{ways:?}, phase by {phase:?}, freedom {freedom:?}, placement {placement_m} m, sigma {sigma_m} m, \
+             a {pooled}, b {diagonal}, K {functions}"
         )
     }
 }
 
-/// The values that each decision may take, tried in this order of decisions.
-pub(crate) struct Grid {
-    ways: Vec<Ways>,
-    phases: Vec<Phase>,
-    placements_m: Vec<f64>,
-    sigmas_m: Vec<f64>,
-    shares: Vec<(f64, f64)>,
-    functions: Vec<usize>,
-}
+/// The values that each decision may take; decisions are tried in this order.
+const WAYS: [Ways; 3] = [Ways::One, Ways::Variants, Ways::BothDirections];
+const PHASES: [Phase; 2] = [Phase::Time, Phase::Path];
+const FREEDOMS: [Option<f64>; 3] = [Some(17.0), None, Some(5.0)];
+const PLACEMENTS_M: [f64; 3] = [0.03, 0.0, 0.06];
+const SIGMAS_M: [f64; 3] = [0.03, 0.02, 0.05];
+/// Of the pooled covariance, and of the diagonal.
+const SHARES: [(f64, f64); 3] = [(0.3, 0.1), (0.1, 0.3), (0.6, 0.1)];
+const FUNCTIONS: [usize; 2] = [12, 20];
 
 /// Which value of each decision.
-pub(crate) type Choice = [usize; 6];
+pub(crate) type Choice = [usize; 7];
 
-impl Grid {
-    pub(crate) fn setting(&self, choice: &Choice) -> Setting {
-        let (pooled, diagonal) = self.shares[choice[4]];
-        Setting {
-            ways: self.ways[choice[0]],
-            phase: self.phases[choice[1]],
-            placement_m: self.placements_m[choice[2]],
-            sigma_m: self.sigmas_m[choice[3]],
-            pooled,
-            diagonal,
-            functions: self.functions[choice[5]],
-        }
-    }
-
-    /// How many values each decision may take.
-    pub(crate) fn sizes(&self) -> Choice {
-        [
-            self.ways.len(),
-            self.phases.len(),
-            self.placements_m.len(),
-            self.sigmas_m.len(),
-            self.shares.len(),
-            self.functions.len(),
-        ]
+pub(crate) fn setting(choice: &Choice) -> Setting {
+    let (pooled, diagonal) = SHARES[choice[5]];
+    Setting {
+        ways: WAYS[choice[0]],
+        phase: PHASES[choice[1]],
+        freedom: FREEDOMS[choice[2]],
+        placement_m: PLACEMENTS_M[choice[3]],
+        sigma_m: SIGMAS_M[choice[4]],
+        pooled,
+        diagonal,
+        functions: FUNCTIONS[choice[6]],
     }
 }
 
-pub(crate) fn all() -> Grid {
-    Grid {
-        ways: vec![Ways::One, Ways::Variants, Ways::BothDirections],
-        phases: vec![Phase::Time, Phase::Path],
-        placements_m: vec![0.0, 0.03, 0.06, 0.12],
-        sigmas_m: vec![0.01, 0.02, 0.03],
-        shares: vec![(0.3, 0.1), (0.1, 0.3), (0.6, 0.1), (0.5, 0.3)],
-        functions: vec![12, 20],
-    }
-}
+/// How many values of each decision may be chosen, the first ones.
+pub(crate) const ALL: Choice = [
+    WAYS.len(),
+    PHASES.len(),
+    FREEDOMS.len(),
+    PLACEMENTS_M.len(),
+    SIGMAS_M.len(),
+    SHARES.len(),
+    FUNCTIONS.len(),
+];
 
-pub(crate) fn by_time() -> Grid {
-    Grid {
-        phases: vec![Phase::Time],
-        ..all()
-    }
-}
+/// As the movements are timed.
+pub(crate) const BY_TIME: Choice = {
+    let mut sizes = ALL;
+    sizes[1] = 1;
+    sizes
+};
 
-/// One Gaussian for each digit.
-pub(crate) fn plain() -> Grid {
-    Grid {
-        ways: vec![Ways::One],
-        ..by_time()
-    }
-}
+/// One component for each digit.
+pub(crate) const PLAIN: Choice = {
+    let mut sizes = BY_TIME;
+    sizes[0] = 1;
+    sizes
+};

@@ -11,7 +11,7 @@ use tonus::model::{Dof, Fitted, Hyperparameters, Model, Shrinkage, Valid, fit, l
 use tonus::table::Table;
 use tonus_shared::promp::Basis;
 
-use crate::grid::{Choice, Grid, Phase, Setting, Ways};
+use crate::grid::{Choice, Phase, Setting, Ways, setting};
 
 /// Observations of each movement.
 const OBSERVATIONS: usize = 15;
@@ -29,6 +29,9 @@ pub(crate) struct Data {
     block: Vec<usize>,
     fits: Mutex<HashMap<(Phase, usize), Arc<Fits>>>,
 }
+
+/// Log-loss of a choice, learnt without two blocks, summed over the second of them.
+pub(crate) type Losses = HashMap<(Choice, usize, usize), f64>;
 
 /// Fits of every recording, and of the same backwards.
 struct Fits {
@@ -131,7 +134,10 @@ impl Data {
                 labelled.map(relabel).collect()
             }
         };
-        learn_fitted(taught, &valid).expect("a model")
+        let model = learn_fitted(taught, &valid).expect("a model");
+        let mut parts = model.parts().clone();
+        parts.freedom.fill(setting.freedom);
+        Model::assemble(parts).expect("a model")
     }
 
     /// What the model, learnt with this setting, makes of some recordings.
@@ -213,13 +219,11 @@ fn parallel<I: Sync, O: Send>(items: &[I], work: impl Fn(&I) -> O + Sync) -> Vec
 }
 
 /// For each block what has the least log-loss on the others: one decision after the other, each at its best given the
-/// rest, in two rounds.
-pub(crate) fn choose(data: &Data, grid: &Grid) -> Vec<Choice> {
-    // Summed log-loss on each of two blocks of what was learnt without both.
-    let mut known: HashMap<(Choice, usize, usize), f64> = HashMap::new();
-    let mut chosen = vec![[0; 6]; BLOCKS];
-    for decision in (0..ROUNDS).flat_map(|_| 0..6) {
-        let values = grid.sizes()[decision];
+/// rest, in two rounds. `sizes` says how many values each decision has; what is known already is not done again.
+pub(crate) fn choose(data: &Data, sizes: &Choice, known: &mut Losses) -> Vec<Choice> {
+    let mut chosen = vec![Choice::default(); BLOCKS];
+    for decision in (0..ROUNDS).flat_map(|_| 0..sizes.len()) {
+        let values = sizes[decision];
         if values == 1 {
             continue;
         }
@@ -239,7 +243,7 @@ pub(crate) fn choose(data: &Data, grid: &Grid) -> Vec<Choice> {
         wanted.dedup();
         wanted.retain(|&(choice, one, two)| !known.contains_key(&(choice, one, two)));
         let losses = parallel(&wanted, |&(choice, one, two)| {
-            let setting = grid.setting(&choice);
+            let setting = setting(&choice);
             let model = data.learn(&setting, &data.outside(&[one, two]));
             [one, two].map(|block| {
                 let answers = data.answers(&setting, &model, &data.inside(block));
@@ -247,7 +251,6 @@ pub(crate) fn choose(data: &Data, grid: &Grid) -> Vec<Choice> {
             })
         });
         for ((choice, one, two), [on_one, on_two]) in wanted.into_iter().zip(losses) {
-            // The key's order says whose loss it is: the first block's own selection looks at the second.
             known.insert((choice, two, one), on_one);
             known.insert((choice, one, two), on_two);
         }
@@ -265,10 +268,10 @@ pub(crate) fn choose(data: &Data, grid: &Grid) -> Vec<Choice> {
 }
 
 /// Each recording by the model of all others, with what was chosen without its block.
-pub(crate) fn leave_one_out(data: &Data, grid: &Grid, chosen: &[Choice]) -> Vec<Answer> {
+pub(crate) fn leave_one_out(data: &Data, chosen: &[Choice]) -> Vec<Answer> {
     let all: Vec<usize> = (0..data.count()).collect();
     parallel(&all, |&left_out| {
-        let setting = grid.setting(&chosen[data.block[left_out]]);
+        let setting = setting(&chosen[data.block[left_out]]);
         let others: Vec<_> = all.iter().copied().filter(|&i| i != left_out).collect();
         let model = data.learn(&setting, &others);
         let mut answers = data.answers(&setting, &model, &[left_out]);
