@@ -15,26 +15,32 @@
 //! | `root` | `Q x r x r` | square root of each skill's latent covariance |
 //! | `residual_variance` | `D` | what basis and loading leave |
 //! | `scale` | `D` | standard deviations of the data |
+//! | `demonstration_weight` | `N x D x K` | weights of each demonstration kept |
+//! | `demonstration_residual` | `N x D` | sum of squares that they leave |
+//! | `demonstration_mean` | `N x D` | mean of its samples |
+//! | `demonstration_square` | `N x D` | sum of squares of their distances from it |
 //! | `crc32` | `1`, `uint32` | CRC-32 (zlib's) of the header text and the other tensors' bytes, by name |
 //!
 //! A file is written whole under another name and then renamed. Reading checks the size before anything is
 //! allocated, the checksum, every shape and every number.
 
 mod header;
+mod tensors;
 
-use std::borrow::Cow;
 use std::collections::HashMap;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use safetensors::tensor::{Dtype, SafeTensorError, SafeTensors, View};
+use safetensors::tensor::{Dtype, SafeTensorError, SafeTensors};
 
-use crate::model::{Model, Parts, PartsError};
+use crate::model::{Model, PartsError};
 use header::Header;
+use tensors::{Numbers, Shapes, Tensor, checksum, data, numbers};
 
 /// Version of the header and the tensors' meaning, in `schema_version`.
-pub const SCHEMA_VERSION: u32 = 1;
-/// Larger files are refused before they are read, bytes. A model of 12 DoFs, 30 functions, rank 147 has 0.7 MB.
+pub const SCHEMA_VERSION: u32 = 2;
+/// Larger files are refused before they are read, bytes. A model of 150 demonstrations of 12 DoFs, 30 functions,
+/// has 1.2 MB.
 pub const MAX_BYTES: u64 = 64 * 1024 * 1024;
 /// The metadata entry.
 const ENTRY: &str = "tonus";
@@ -177,36 +183,14 @@ pub fn load(path: &Path) -> Result<Model, StoreError> {
 pub fn to_bytes(model: &Model) -> Result<Vec<u8>, ContentError> {
     let parts = model.parts();
     let header = serde_json::to_string(&Header::of(parts)).map_err(ContentError::Header)?;
-    let shapes = Shapes::of(
-        parts.labels.len(),
-        parts.dofs.len(),
-        parts.basis.count(),
-        parts.rank,
-    );
-    let numbers = |list: &[f64]| {
-        list.iter()
-            .flat_map(|v| v.to_le_bytes())
-            .collect::<Vec<u8>>()
-    };
-    let mut tensors: Vec<(&str, Tensor)> = shapes
+    let mut tensors: Vec<(&str, Tensor)> = Shapes::of_parts(parts)
         .named()
-        .map(|(name, shape)| {
-            let list = match name {
-                "loading" => &parts.loading,
-                "residual_variance" => &parts.residual_variance,
-                "root" => &parts.roots,
-                "scale" => &parts.scale,
-                _ => &parts.weight_means,
-            };
-            (name, Tensor::new(Dtype::F64, shape, numbers(list)))
-        })
-        .into();
-    let checksum = checksum(
-        &header,
-        tensors.iter().map(|(_, tensor)| tensor.data.as_slice()),
-    );
-    let checksum = checksum.to_le_bytes().to_vec();
-    tensors.push((CHECKSUM, Tensor::new(Dtype::U32, vec![1], checksum)));
+        .into_iter()
+        .zip(Numbers::of(parts).named())
+        .map(|((name, shape), list)| (name, Tensor::of(shape, list)))
+        .collect();
+    let checksum = checksum(&header, tensors.iter().map(|(_, tensor)| tensor.bytes()));
+    tensors.push((CHECKSUM, Tensor::of_checksum(checksum)));
     let entry = HashMap::from([(ENTRY.to_owned(), header)]);
     safetensors::serialize(tensors, Some(entry)).map_err(ContentError::Format)
 }
@@ -224,136 +208,31 @@ pub fn from_bytes(bytes: &[u8]) -> Result<Model, ContentError> {
     let header = Header::parse(text)?;
     let tensors = SafeTensors::deserialize(bytes).map_err(ContentError::Format)?;
     let basis = header.basis()?;
-    let (skills, dofs) = (header.labels.len(), header.dofs.len());
-    let shapes = Shapes::of(skills, dofs, basis.count(), header.rank);
-    let [loading, residual, root, scale, mean] = shapes.named();
-    let take = |(name, shape)| data(&tensors, name, Dtype::F64, shape);
-    let raw = [
-        take(loading)?,
-        take(residual)?,
-        take(root)?,
-        take(scale)?,
-        take(mean)?,
-    ];
+    let shapes = Shapes::of_header(&header, basis.count()).named();
+    let raw = shapes.map(|(name, shape)| data(&tensors, name, Dtype::F64, shape));
+    let raw = raw.into_iter().collect::<Result<Vec<_>, _>>()?;
     let found = data(&tensors, CHECKSUM, Dtype::U32, vec![1])?;
     let found = found
         .iter()
         .rev()
         .fold(0, |sum, &byte| sum << 8 | u32::from(byte));
-    let expected = checksum(text, raw.into_iter());
+    let expected = checksum(text, raw.iter().copied());
     if found != expected {
         return Err(ContentError::Checksum { found, expected });
     }
-    let numbers = |raw: &[u8]| -> Vec<f64> {
-        let (eights, _) = raw.as_chunks::<8>();
-        eights
-            .iter()
-            .map(|eight| f64::from_le_bytes(*eight))
-            .collect()
+    let mut lists = raw.into_iter().map(numbers);
+    // In the order of `named`, as many as there are names.
+    let mut next = || lists.next().unwrap_or_default();
+    let read = Numbers {
+        means: next(),
+        residuals: next(),
+        squares: next(),
+        weights: next(),
+        loading: next(),
+        residual_variance: next(),
+        roots: next(),
+        scale: next(),
+        weight_means: next(),
     };
-    let [loading, residual_variance, roots, scale, weight_means] = raw.map(numbers);
-    let parts = Parts {
-        loading,
-        residual_variance,
-        roots,
-        scale,
-        weight_means,
-        ..header.parts(basis)
-    };
-    Ok(Model::assemble(parts)?)
-}
-
-/// Shapes of the tensors of numbers.
-struct Shapes {
-    skills: usize,
-    dofs: usize,
-    functions: usize,
-    rank: usize,
-}
-
-impl Shapes {
-    const fn of(skills: usize, dofs: usize, functions: usize, rank: usize) -> Self {
-        Self {
-            skills,
-            dofs,
-            functions,
-            rank,
-        }
-    }
-
-    /// By name, in the order of the checksum.
-    fn named(&self) -> [(&'static str, Vec<usize>); 5] {
-        let Self {
-            skills,
-            dofs,
-            functions,
-            rank,
-        } = *self;
-        [
-            ("loading", vec![dofs, functions, rank]),
-            ("residual_variance", vec![dofs]),
-            ("root", vec![skills, rank, rank]),
-            ("scale", vec![dofs]),
-            ("weight_mean", vec![skills, dofs, functions]),
-        ]
-    }
-}
-
-struct Tensor {
-    dtype: Dtype,
-    shape: Vec<usize>,
-    data: Vec<u8>,
-}
-
-impl Tensor {
-    const fn new(dtype: Dtype, shape: Vec<usize>, data: Vec<u8>) -> Self {
-        Self { dtype, shape, data }
-    }
-}
-
-impl View for Tensor {
-    fn dtype(&self) -> Dtype {
-        self.dtype
-    }
-    fn shape(&self) -> &[usize] {
-        &self.shape
-    }
-    fn data(&self) -> Cow<'_, [u8]> {
-        Cow::Borrowed(&self.data)
-    }
-    fn data_len(&self) -> usize {
-        self.data.len()
-    }
-}
-
-/// Bytes of a tensor of this type and shape.
-fn data<'a>(
-    tensors: &SafeTensors<'a>,
-    name: &'static str,
-    dtype: Dtype,
-    expected: Vec<usize>,
-) -> Result<&'a [u8], ContentError> {
-    let tensor = tensors
-        .tensor(name)
-        .map_err(|_| ContentError::Missing { name })?;
-    if tensor.dtype() == dtype && tensor.shape() == expected {
-        return Ok(tensor.data());
-    }
-    Err(ContentError::Shape {
-        name,
-        dtype: format!("{:?}", tensor.dtype()),
-        found: tensor.shape().to_vec(),
-        wanted: if dtype == Dtype::F64 { "F64" } else { "U32" },
-        expected,
-    })
-}
-
-fn checksum<'a>(header: &str, tensors: impl Iterator<Item = &'a [u8]>) -> u32 {
-    let crc = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
-    let mut digest = crc.digest();
-    digest.update(header.as_bytes());
-    for tensor in tensors {
-        digest.update(tensor);
-    }
-    digest.finalize()
+    Ok(Model::assemble(header.parts(basis, read))?)
 }

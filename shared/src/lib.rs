@@ -11,6 +11,7 @@
 #![no_std]
 
 pub mod gatt;
+pub mod onset;
 pub mod pipeline;
 pub mod promp;
 mod real;

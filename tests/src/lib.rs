@@ -1,6 +1,7 @@
 //! Where the suites find reference values and real recordings, and how they read them.
 
 pub mod frames;
+pub mod motion;
 mod program;
 pub mod wearer;
 

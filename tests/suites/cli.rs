@@ -124,6 +124,20 @@ fn skills_are_learnt_evaluated_and_inferred() {
     ]);
     let described = json(&["info", text(&model)]);
     assert!(described.to_string().contains("late"), "{described}");
+    let more = folder.path().join("more.tonus");
+    tonus(&[
+        "train",
+        text(&fresh),
+        "--add-to",
+        text(&model),
+        "-o",
+        text(&more),
+    ]);
+    let kept = |path| json(&["info", text(path)])["demonstrations_kept"].clone();
+    assert_eq!(
+        kept(&more).as_u64(),
+        kept(&model).as_u64().map(|count| 2 * count)
+    );
 
     for held_out in [
         &["eval", text(&model), text(&fresh), "--sigma-m", "0.002"][..],

@@ -167,7 +167,7 @@ proptest! {
     /// Valid safetensors around a header that lies.
     #[test]
     fn lying_headers_are_refused(key in "[a-z_]{1,12}", value in "(-?[0-9]{1,20}|\"\"|null|\\[\\]|1e999)") {
-        let text = format!("{{\"schema_version\":1,\"{key}\":{value}}}");
+        let text = format!("{{\"schema_version\":2,\"{key}\":{value}}}");
         let header = serde_json::json!({ "__metadata__": { "tonus": text } }).to_string();
         let mut bytes = (header.len() as u64).to_le_bytes().to_vec();
         bytes.extend(header.as_bytes());

@@ -19,3 +19,5 @@ mod learn;
 mod reference;
 #[path = "promp/shapes.rs"]
 mod shapes;
+#[path = "promp/student.rs"]
+mod student;

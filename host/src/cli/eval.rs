@@ -6,7 +6,6 @@ use std::path::PathBuf;
 
 use serde_json::{Map, Value, json};
 use tonus::model::evaluate::{Evaluation, Protocol, evaluate, leave_one_out};
-use tonus::model::{Hyperparameters, Shrinkage};
 use tonus::store;
 
 use super::progress::Progress;
@@ -72,14 +71,7 @@ impl EvalArgs {
             ..Protocol::default()
         };
         let evaluation = if self.leave_one_out {
-            let parts = model.parts();
-            let again = Hyperparameters {
-                ridge: parts.ridge,
-                placement_m: parts.placement_m,
-                shrinkage: Shrinkage::LeaveOneOut,
-                ..Hyperparameters::new(parts.dofs.clone(), parts.basis)
-            };
-            let valid = again.check()?;
+            let valid = model.hyperparameters().check()?;
             let total = demonstrations.len() as u64;
             let progress = Progress::bar("leaving one out", !json && stderr().is_terminal());
             let mut done = |count: usize| progress.at(count as u64, total);

@@ -1,5 +1,6 @@
 //! `tonus experiment`: the paper's three experiments, and the same questions to recordings.
 
+mod methods;
 mod text;
 
 use std::io::{IsTerminal, stderr};
@@ -9,7 +10,8 @@ use anyhow::bail;
 use clap::ValueEnum;
 use serde_json::{Value, json};
 use tonus::experiment::{
-    self, Config, Progress as Done, Results, hand_over, object_matching, pick_and_place, recordings,
+    self, Config, Progress as Done, Results, baselines, hand_over, object_matching, pick_and_place,
+    recordings,
 };
 
 use super::progress::Progress;
@@ -19,6 +21,7 @@ const EXAMPLE: &str = "Examples:
   tonus experiment hand-over                     tables, seed 1
   tonus experiment all --seed 7 --json           one JSON document
   tonus experiment object-matching --seeds 5     means of seeds 1 to 5
+  tonus experiment baselines                     other methods on the same data
   tonus experiment recordings --data recordings/ the same questions to recordings of real people
 
 The three experiments run on a simulated wearer: raw sEMG, the wearable's pipeline, packets of which 5 % are lost, a
@@ -32,7 +35,7 @@ accuracy,log_loss}, hand_over.{a,b,c}.{end_point_error_m,path_rmse_m,stiffness_n
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
 pub(crate) struct ExperimentArgs {
-    /// Which one; `all` is the first three, and the recordings when --data is given.
+    /// Which one; `all` is the first four, and the recordings when --data is given.
     #[arg(value_name = "EXPERIMENT")]
     which: Which,
     /// Everything random follows from it.
@@ -54,6 +57,8 @@ enum Which {
     ObjectMatching,
     /// Section 3.3: reach, pick and place.
     PickAndPlace,
+    /// Other methods on the data of the three, one table each.
+    Baselines,
     /// Recordings of real people.
     Recordings,
     /// All of them.
@@ -109,6 +114,13 @@ impl ExperimentArgs {
         }
         if is(Which::PickAndPlace) {
             results.pick_and_place = Some(pick_and_place::run(&config, &mut show)?);
+        }
+        if is(Which::Baselines) {
+            results.baselines = Some(baselines::run(
+                &config,
+                &baselines::Sizes::default(),
+                &mut show,
+            )?);
         }
         if let (Some(folder), true) = (&self.data, is(Which::Recordings)) {
             results.recordings = Some(recordings::run(folder, &config, &mut show)?);

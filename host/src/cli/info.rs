@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use serde_json::{Value, json};
 use tonus::demonstration::{Choice, Demonstration, read};
-use tonus::model::{Model, Transform};
+use tonus::model::{Learner, Model, Transform};
 use tonus::store;
 use tonus::table::Table;
 use tonus_shared::promp::Family;
@@ -93,9 +93,10 @@ fn signals(table: &Table) -> Vec<String> {
 pub(super) fn model_summary(model: &Model) -> Value {
     let parts = model.parts();
     let skills = parts.labels.iter().zip(&parts.counts).zip(&parts.durations);
-    let skills = skills.map(|((label, count), d)| {
+    let predictive = parts.classes.iter().zip(&parts.freedom);
+    let skills = skills.zip(predictive).map(|(((label, count), d), (class, freedom))| {
         json!({
-            "label": label, "demonstrations": count,
+            "label": label, "class": class, "demonstrations": count, "degrees_of_freedom": freedom,
             "duration_s": { "mean": d.mean_s, "std": d.std_s, "min": d.min_s, "max": d.max_s },
         })
     });
@@ -108,6 +109,8 @@ pub(super) fn model_summary(model: &Model) -> Value {
         "skills": skills.collect::<Vec<_>>(),
         "ridge": parts.ridge,
         "placement_m": parts.placement_m,
+        "learner": parts.learner,
+        "demonstrations_kept": parts.demonstrations.len(),
         "shrinkage": { "pooled": parts.pooled_share, "diagonal": parts.diagonal_share },
     })
 }
@@ -131,9 +134,27 @@ pub(super) fn model_text(model: &Model) -> String {
         parts.ridge,
         parts.placement_m,
     );
-    for ((label, count), d) in parts.labels.iter().zip(&parts.counts).zip(&parts.durations) {
+    text += &match parts.learner {
+        Learner::LeastSquares => {
+            let kept = parts.demonstrations.len();
+            format!("{kept} demonstrations kept: more can be added (tonus train --add-to)\n")
+        }
+        Learner::Em => "learnt by EM: with more demonstrations, train again from all\n".to_owned(),
+    };
+    let skills = parts.labels.iter().zip(&parts.counts).zip(&parts.durations);
+    for (skill, ((label, count), d)) in skills.enumerate() {
+        let class = &parts.classes[skill];
+        let of_class = if class == label {
+            String::new()
+        } else {
+            format!(" of class {class}")
+        };
+        let predictive = match parts.freedom[skill] {
+            Some(freedom) => format!("Student-t of {freedom} degrees of freedom"),
+            None => "Gaussian".to_owned(),
+        };
         text += &format!(
-            "  {label}: {count} demonstrations, {:.2} s ({:.2} to {:.2})\n",
+            "  {label}{of_class}: {count} demonstrations, {:.2} s ({:.2} to {:.2}), {predictive}\n",
             d.mean_s, d.min_s, d.max_s
         );
     }

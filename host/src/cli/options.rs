@@ -74,6 +74,45 @@ pub(super) fn instant(text: &str) -> Result<Instant, String> {
         .map(Instant)
 }
 
+/// Where the movement is to be at a phase: `0.5:x=0.1,y=0.2`.
+#[derive(Clone, Debug)]
+pub(super) struct ViaPoint(pub(super) f64, pub(super) Instant);
+
+/// Parses a [`ViaPoint`].
+pub(super) fn via_point(text: &str) -> Result<ViaPoint, String> {
+    let (at, values) = text
+        .split_once(':')
+        .ok_or_else(|| format!("`{text}` is not S:NAME=VALUE,..."))?;
+    Ok(ViaPoint(phase(at.trim())?, instant(values)?))
+}
+
+/// Where the movement starts and how it moves there: `x=0.1/0.02,y=0.2/0`, before it a phase other than 0 and a
+/// colon.
+#[derive(Clone, Debug)]
+pub(super) struct Start {
+    pub(super) phase: f64,
+    /// Name, value, rate per second.
+    pub(super) states: Vec<(String, f64, f64)>,
+}
+
+/// Parses a [`Start`].
+pub(super) fn start(text: &str) -> Result<Start, String> {
+    let (at, states) = text.split_once(':').unwrap_or(("0", text));
+    let one = |state: &str| {
+        let parts = state
+            .split_once('=')
+            .and_then(|(name, state)| Some((name, state.split_once('/')?)));
+        let (name, (value, rate)) =
+            parts.ok_or_else(|| format!("`{state}` is not NAME=VALUE/RATE"))?;
+        let (value, rate) = (finite(value.trim())?, finite(rate.trim())?);
+        Ok::<_, String>((name.trim().to_owned(), value, rate))
+    };
+    Ok(Start {
+        phase: phase(at.trim())?,
+        states: states.split(',').map(one).collect::<Result<_, _>>()?,
+    })
+}
+
 /// A finite number.
 pub(super) fn finite(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {

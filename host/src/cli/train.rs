@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use serde_json::json;
 use tonus::demonstration::Demonstration;
-use tonus::model::{Dof, Hyperparameters, HyperparametersError, learn};
+use tonus::model::{Dof, Hyperparameters, HyperparametersError, Model, extend, learn};
 use tonus::store;
 use tonus_shared::promp::Basis;
 
@@ -14,10 +14,13 @@ use super::{UsageError, keep_inputs, options, say};
 
 const EXAMPLE: &str = "Example:
   tonus train lifts.csv pushes.csv -o skills.safetensors --dofs x,y,z,kz:N/m:log --basis gaussian:20
+  tonus train more.csv --add-to skills.safetensors -o more.safetensors
 
 A demonstration is a contiguous run of rows with one `label` in one `trial`; `t_s` must strictly increase in it.
 Sampling may be irregular; a row with an empty cell in a chosen column is a gap. A demonstration with fewer samples
-than basis functions is fitted by the smallest weights that pass near its samples (--ridge).";
+than basis functions is fitted by the smallest weights that pass near its samples (--ridge).
+
+A model keeps what was fitted to each demonstration, so more can be added without the old recordings.";
 
 /// Learn skills from demonstrations in CSV files.
 #[derive(clap::Args)]
@@ -29,6 +32,10 @@ pub(crate) struct TrainArgs {
     /// Model file to write (safetensors).
     #[arg(short, long, value_name = "MODEL")]
     output: PathBuf,
+    /// Model to add the demonstrations to, as if it had been trained on all of them; its DoFs, basis, ridge and
+    /// placement are kept.
+    #[arg(long, value_name = "MODEL", conflicts_with_all = ["dofs", "basis", "ridge", "placement_m"])]
+    add_to: Option<PathBuf>,
     /// Columns to learn, as NAME, NAME:UNIT or NAME:UNIT:log (for what is positive); metres if no unit is given.
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = options::dof, default_value = "x,y,z")]
     dofs: Vec<Dof>,
@@ -56,25 +63,14 @@ pub(crate) struct TrainArgs {
 impl TrainArgs {
     /// Reads, learns, writes, reports.
     pub(crate) fn run(self, json: bool) -> anyhow::Result<()> {
-        keep_inputs(&self.files, &self.output)?;
-        let hyperparameters = Hyperparameters {
-            ridge: self.ridge,
-            placement_m: self.placement_m,
-            ..Hyperparameters::new(self.dofs, self.basis)
-        };
-        let valid = hyperparameters.check().map_err(|error| match error {
-            HyperparametersError::SameName { .. } => {
-                anyhow::Error::new(UsageError("--dofs names a column twice"))
-            }
-            other => other.into(),
-        })?;
+        let mut inputs = self.files.clone();
+        inputs.extend(self.add_to.clone());
+        keep_inputs(&inputs, &self.output)?;
         let progress = Progress::spinner("learning", !json && stderr().is_terminal());
-        let given = valid.get();
-        let demonstrations = options::demonstrations(&self.files, &given.dofs, &self.exclude)?;
-        let model = learn(&demonstrations, &valid)?;
+        let (model, demonstrations) = self.learn()?;
         store::save(&model, &self.output)?;
         progress.finish();
-        let functions = given.basis.count();
+        let functions = model.parts().basis.count();
         let short = |demonstration: &&Demonstration| demonstration.t_s().len() < functions;
         let sparse = demonstrations.iter().filter(short).count();
         if json {
@@ -92,5 +88,28 @@ impl TrainArgs {
             );
         }
         say(&format!("{}: {text}", self.output.display()))
+    }
+
+    /// The model, and the demonstrations of the files.
+    fn learn(&self) -> anyhow::Result<(Model, Vec<Demonstration>)> {
+        if let Some(path) = &self.add_to {
+            let old = store::load(path)?;
+            let added = options::demonstrations(&self.files, old.dofs(), &self.exclude)?;
+            return Ok((extend(&old, &added)?, added));
+        }
+        let hyperparameters = Hyperparameters {
+            ridge: self.ridge,
+            placement_m: self.placement_m,
+            ..Hyperparameters::new(self.dofs.clone(), self.basis)
+        };
+        let valid = hyperparameters.check().map_err(|error| match error {
+            HyperparametersError::SameName { .. } => {
+                anyhow::Error::new(UsageError("--dofs names a column twice"))
+            }
+            other => other.into(),
+        })?;
+        let dofs = &valid.get().dofs;
+        let demonstrations = options::demonstrations(&self.files, dofs, &self.exclude)?;
+        Ok((learn(&demonstrations, &valid)?, demonstrations))
     }
 }

@@ -59,6 +59,25 @@ pub enum ReadError {
 /// A column that is missing, a cell that is not a finite number, an empty label, times that do not increase
 /// within a demonstration, fewer than two rows of it, nothing left.
 pub fn read(table: &Table, choice: &Choice<'_>) -> Result<Vec<Demonstration>, ReadError> {
+    runs(table, choice, Gaps::OfRows)
+}
+
+/// The same, but an empty cell is a missing value of its DoF alone; only rows without any value are left out.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_with_gaps(table: &Table, choice: &Choice<'_>) -> Result<Vec<Demonstration>, ReadError> {
+    runs(table, choice, Gaps::OfCells)
+}
+
+/// What an empty cell leaves out.
+#[derive(Clone, Copy, PartialEq)]
+enum Gaps {
+    OfRows,
+    OfCells,
+}
+
+fn runs(table: &Table, choice: &Choice<'_>, gaps: Gaps) -> Result<Vec<Demonstration>, ReadError> {
     let labels = table.text("label")?;
     let trials = table.text("trial")?;
     for dof in choice.dofs {
@@ -79,7 +98,7 @@ pub fn read(table: &Table, choice: &Choice<'_>) -> Result<Vec<Demonstration>, Re
             .unwrap_or(table.rows());
         if !choice.exclude.iter().any(|name| name == labels[start]) {
             let names = (labels[start], trials[start]);
-            found.push(run(table, choice.dofs, names, start..end)?);
+            found.push(run(table, choice.dofs, names, start..end, gaps)?);
         }
         start = end;
     }
@@ -100,6 +119,7 @@ fn run(
     dofs: &[String],
     (label, trial): (&str, &str),
     rows: Range<usize>,
+    gaps: Gaps,
 ) -> Result<Demonstration, ReadError> {
     let columns = dofs
         .iter()
@@ -110,15 +130,23 @@ fn run(
     let times_s = table.numbers_in("t_s", rows.clone())?;
     table.strictly_increasing("t_s", &times_s, rows.start)?;
     for (offset, &time_s) in times_s.iter().enumerate() {
-        let cells: Option<Vec<f64>> = columns.iter().map(|column| column[offset]).collect();
-        if let Some(cells) = cells {
+        let recorded = columns
+            .iter()
+            .filter(|column| column[offset].is_some())
+            .count();
+        let enough = match gaps {
+            Gaps::OfRows => dofs.len(),
+            Gaps::OfCells => 1,
+        };
+        if recorded >= enough {
             t_s.push(time_s);
-            for (series, cell) in values.iter_mut().zip(cells) {
-                series.push(cell);
+            for (series, column) in values.iter_mut().zip(&columns) {
+                series.push(column[offset]);
             }
         }
     }
-    Demonstration::new(label, trial, table.file(), t_s, values).map_err(|reason| ReadError::Run {
+    let made = Demonstration::with_gaps(label, trial, table.file(), t_s, &values);
+    made.map_err(|reason| ReadError::Run {
         file: table.file().to_owned(),
         line: table.place(rows.start, "label").line,
         label: label.to_owned(),

@@ -2,11 +2,12 @@
 
 use super::ExperimentError;
 use super::figures::{Band, Inference};
-use super::look::{Look, ROBOT, ROBOT_STIFFNESS};
+use super::look::{ROBOT, ROBOT_STIFFNESS};
 use super::statistics::{mean, root_mean_square};
+use super::widths::Widths;
 use crate::demonstration::Demonstration;
 use crate::model::recognise::Recogniser;
-use crate::model::{Model, Transform};
+use crate::model::{Dof, Model, Transform};
 use crate::session::DOFS;
 
 /// Every so many samples of a recording are compared: neighbours say the same.
@@ -16,11 +17,11 @@ const NORMAL_975: f64 = 1.959_963_984_540_054;
 
 /// What `skill`, given what `recogniser` has observed, expects at the recorded instants of `movement`.
 ///
-/// The interval is that of a *recorded* value: the movement's own uncertainty, and the variance that sensors and basis
+/// `widths` scales each DoF's intervals. The interval is that of a *recorded* value: the movement's own uncertainty, and the variance that sensors and basis
 /// leave of a single sample, which the model learnt as its residual.
 pub(super) fn infer(
     recogniser: &mut Recogniser<'_>,
-    skill: usize,
+    (skill, widths): (usize, &Widths),
     movement: &Demonstration,
 ) -> Result<Vec<Band>, ExperimentError> {
     let phases = compared(movement.phases(), movement);
@@ -34,7 +35,8 @@ pub(super) fn infer(
         };
         for &phase in &phases {
             let predicted = recogniser.predict(skill, dof, phase)?;
-            let (low, high) = interval(model, dof, (predicted.mean, predicted.std));
+            let moments = (predicted.mean, predicted.std);
+            let (low, high) = interval(model, dof, moments, widths[dof]);
             band.mean.push(predicted.mean);
             band.low.push(low);
             band.high.push(high);
@@ -50,22 +52,32 @@ fn compared(values: impl Iterator<Item = f64>, movement: &Demonstration) -> Vec<
     values.skip(first).step_by(STRIDE).collect()
 }
 
-/// Pointwise 95 % interval of a recorded value whose movement has this mean and standard deviation, DoF's unit.
-fn interval(model: &Model, dof: usize, (mean, std): (f64, f64)) -> (f64, f64) {
+/// Pointwise 95 % interval of a recorded value whose movement has this mean and standard deviation, DoF's unit; its
+/// half-width, where the DoF is a Gaussian, times `width`.
+fn interval(model: &Model, dof: usize, (mean, std): (f64, f64), width: f64) -> (f64, f64) {
     let residual = model.parts().residual_variance[dof];
     match model.dofs()[dof].transform {
         Transform::Identity => {
-            let half = NORMAL_975 * libm::sqrt(std * std + residual);
+            let half = width * NORMAL_975 * libm::sqrt(std * std + residual);
             (mean - half, mean + half)
         }
         Transform::Log => {
             // Back from the log-normal's moments to the logarithm's.
             let variance = libm::log1p((std / mean) * (std / mean));
             let middle = libm::log(mean) - 0.5 * variance;
-            let half = NORMAL_975 * libm::sqrt(variance + residual);
+            let half = width * NORMAL_975 * libm::sqrt(variance + residual);
             (libm::exp(middle - half), libm::exp(middle + half))
         }
     }
+}
+
+/// Middle and half-width of an interval where the DoF is a Gaussian.
+pub(super) fn centre_and_half(dof: &Dof, (low, high): (f64, f64)) -> (f64, f64) {
+    let [low, high] = match dof.transform {
+        Transform::Identity => [low, high],
+        Transform::Log => [low, high].map(libm::log),
+    };
+    (0.5 * (low + high), 0.5 * (high - low))
 }
 
 /// Range of each robot stiffness in the demonstrations, N/m.
@@ -149,16 +161,4 @@ pub(super) fn figure(
         phases: compared(movement.phases(), movement),
         bands,
     }
-}
-
-/// Observes and infers in one.
-pub(super) fn errors(
-    look: &Look,
-    recogniser: &mut Recogniser<'_>,
-    (movement, skill): (&Demonstration, usize),
-    noise: &mut rand_chacha::ChaCha8Rng,
-    ranges: &[f64; 3],
-) -> Result<Errors, ExperimentError> {
-    look.observe(recogniser, &look.of(movement, noise))?;
-    Ok(Errors::of(&infer(recogniser, skill, movement)?, ranges))
 }

@@ -13,10 +13,11 @@ use super::figures::Envelopes;
 use super::{Config, ExperimentError};
 use crate::demonstration::Demonstration;
 use crate::link::simulated::LinkConditions;
-use crate::model::{Dof, Hyperparameters, Shrinkage, Valid};
+use crate::model::{Dof, Hyperparameters, Model, Predictive, Shrinkage, Valid};
 use crate::session::DOFS;
-use crate::simulate::demonstrations::{Teleoperated, sense, teleoperated};
+use crate::simulate::demonstrations::sense;
 use crate::simulate::muscle::CHANNEL_NAMES;
+use crate::simulate::operator::{Teleoperated, teleoperated};
 use crate::simulate::rig::RigConfig;
 use crate::simulate::signals::{self, Signals};
 use crate::simulate::skills::{DURATION_US, Skill, pull_along, with_object_anywhere};
@@ -55,15 +56,30 @@ pub fn dofs() -> Vec<Dof> {
     DOFS.into_iter().map(of_name).collect()
 }
 
-/// How all experiments learn: 30 functions for each DoF, with this shrinkage.
+/// How all experiments learn: 30 functions for each DoF, shrinkage and degrees of freedom by leave-one-out likelihood.
 ///
 /// # Errors
-/// A basis or hyperparameters out of range: none with shares within theirs.
-pub fn hyperparameters(shrinkage: Shrinkage) -> Result<Valid, ExperimentError> {
+/// A basis or hyperparameters out of range: none.
+pub fn hyperparameters() -> Result<Valid, ExperimentError> {
     let basis = Basis::gaussian(super::BASIS_FUNCTIONS)?;
+    Ok(Hyperparameters::new(dofs(), basis).check()?)
+}
+
+/// The same with the shrinkage and degrees of freedom that were chosen for `model`.
+///
+/// # Errors
+/// As [`hyperparameters`].
+pub fn as_chosen(model: &Model) -> Result<Valid, ExperimentError> {
+    let parts = model.parts();
     let given = Hyperparameters {
-        shrinkage,
-        ..Hyperparameters::new(dofs(), basis)
+        shrinkage: Shrinkage::Fixed {
+            pooled: parts.pooled_share,
+            diagonal: parts.diagonal_share,
+        },
+        predictive: Predictive::Fixed {
+            freedom: parts.freedom.first().copied().flatten(),
+        },
+        ..hyperparameters()?.get().clone()
     };
     Ok(given.check()?)
 }

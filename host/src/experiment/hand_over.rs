@@ -6,14 +6,15 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
-use super::bands::{Errors, errors, figure, infer, robot_stiffness_ranges};
+use super::bands::{Errors, figure, infer, robot_stiffness_ranges};
 use super::figures::{Inference, Observed};
 use super::look::{HAND, HAND_STIFFNESS, Look, ROBOT, ROBOT_STIFFNESS};
 use super::statistics::{mean, median, rank_correlation, root_mean_square};
+use super::widths::{LeftOut, NOMINAL, Widths};
 use super::{Config, ExperimentError, Progress, data};
 use crate::demonstration::Demonstration;
 use crate::model::recognise::Recogniser;
-use crate::model::{Model, Shrinkage, learn};
+use crate::model::{Model, learn};
 use crate::session::DOFS;
 use crate::simulate::skills::pull_target_m;
 use crate::simulate::tracker::TrackerNoise;
@@ -65,6 +66,8 @@ pub struct Scheme {
     pub coverage_95: f64,
     /// The same for each DoF.
     pub coverage_95_by_dof: BTreeMap<String, f64>,
+    /// Factor on the model's own intervals, found by leaving one demonstration out: 1 where they were right already.
+    pub width_by_dof: BTreeMap<String, f64>,
 }
 
 /// One of the paper's six motions.
@@ -112,7 +115,7 @@ pub struct Accuracy {
     pub stiffness_nrmse_without_semg: f64,
 }
 
-/// One biased observation against several.
+/// One biased observation against several; intervals as the model has them.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Bias {
     /// Standard deviation of the bias on each axis, metres.
@@ -179,13 +182,11 @@ pub fn run(
     let six = data::six_hand_overs(config)?;
     let biased = data::biased_hand_over(BIASED_EACH, config)?;
     next("hand-over: learning");
-    let model = learn(
-        &demonstrations,
-        &data::hyperparameters(Shrinkage::LeaveOneOut)?,
-    )?;
+    let model = learn(&demonstrations, &data::hyperparameters()?)?;
     let view = model.view()?;
     let mut asked = Asked {
         recogniser: Recogniser::new(&model, &view)?,
+        left_out: LeftOut::learn(&demonstrations, &model, config.seed)?,
         ranges: robot_stiffness_ranges(&demonstrations),
         noise: ChaCha8Rng::seed_from_u64(config.seed),
     };
@@ -257,39 +258,43 @@ fn spread(count: usize, from: f64, to: f64) -> Vec<f64> {
 /// A model that is asked about movements.
 struct Asked<'m> {
     recogniser: Recogniser<'m>,
+    left_out: LeftOut<'m>,
     ranges: [f64; 3],
     noise: ChaCha8Rng,
 }
 
 impl Asked<'_> {
     /// There is one skill, number 0.
-    fn errors(&mut self, look: &Look, movement: &Demonstration) -> Result<Errors, ExperimentError> {
-        errors(
-            look,
-            &mut self.recogniser,
-            (movement, 0),
-            &mut self.noise,
-            &self.ranges,
-        )
+    fn errors<'d>(
+        &mut self,
+        look: &Look,
+        widths: &Widths,
+        movements: impl IntoIterator<Item = &'d Demonstration>,
+    ) -> Result<Vec<Errors>, ExperimentError> {
+        let mut one = |movement: &Demonstration| {
+            look.observe(&mut self.recogniser, &look.of(movement, &mut self.noise))?;
+            let bands = infer(&mut self.recogniser, (0, widths), movement)?;
+            Ok(Errors::of(&bands, &self.ranges))
+        };
+        movements.into_iter().map(&mut one).collect()
     }
 
+    /// With intervals as wide as the demonstrations ask for.
     fn all<'d>(
         &mut self,
         look: &Look,
         movements: impl IntoIterator<Item = &'d Demonstration>,
     ) -> Result<Vec<Errors>, ExperimentError> {
-        let movements = movements.into_iter();
-        movements
-            .map(|movement| self.errors(look, movement))
-            .collect()
+        let widths = self.left_out.widths(look)?;
+        self.errors(look, &widths, movements)
     }
 
     fn scheme(&mut self, look: &Look, new: &[Demonstration]) -> Result<Scheme, ExperimentError> {
-        let errors = self.all(look, new)?;
+        let widths = self.left_out.widths(look)?;
+        let errors = self.errors(look, &widths, new)?;
         let between = new.iter().filter(|d| d.trial().starts_with("between"));
-        let covered = DOFS.iter().enumerate().map(|(dof, name)| {
-            let of_dof: Vec<f64> = errors.iter().map(|e| e.covered[dof]).collect();
-            ((*name).to_owned(), mean(&of_dof))
+        let covered = std::array::from_fn(|dof| {
+            mean(&errors.iter().map(|e| e.covered[dof]).collect::<Vec<_>>())
         });
         Ok(Scheme {
             motions: new.len(),
@@ -298,7 +303,8 @@ impl Asked<'_> {
             path_rmse_m: of(&errors, |e| e.path_m, median),
             stiffness_nrmse: of(&errors, |e| e.stiffness, root_mean_square),
             coverage_95: of(&errors, Errors::coverage, mean),
-            coverage_95_by_dof: covered.collect(),
+            coverage_95_by_dof: by_dof(&covered),
+            width_by_dof: by_dof(&widths),
         })
     }
 
@@ -309,14 +315,16 @@ impl Asked<'_> {
     ) -> Result<(Vec<NewMotion>, Vec<Vec<Inference>>), ExperimentError> {
         let mut inferences = vec![Vec::with_capacity(six.len()); 3];
         let mut motions = Vec::with_capacity(six.len());
+        let looks = schemes_of();
+        let widths = looks.iter().map(|look| self.left_out.widths(look));
+        let widths = widths.collect::<Result<Vec<_>, _>>()?;
         for (index, movement) in (1..).zip(six) {
             let mut errors = Vec::with_capacity(3);
-            for ((look, name), shown) in
-                (schemes_of().iter().zip(["a", "b", "c"])).zip(&mut inferences)
-            {
+            for (scheme, shown) in inferences.iter_mut().enumerate() {
+                let (look, name) = (&looks[scheme], ["a", "b", "c"][scheme]);
                 let observed = look.of(movement, &mut self.noise);
                 look.observe(&mut self.recogniser, &observed)?;
-                let bands = infer(&mut self.recogniser, 0, movement)?;
+                let bands = infer(&mut self.recogniser, (0, &widths[scheme]), movement)?;
                 errors.push(Errors::of(&bands, &self.ranges));
                 let name = format!("motion {index} ({}), scheme {name}", movement.trial());
                 shown.push(figure(name, movement.label(), movement, (&observed, bands)));
@@ -388,14 +396,14 @@ impl Asked<'_> {
 
     fn bias(&mut self, biased: &[Demonstration]) -> Result<Bias, ExperimentError> {
         let bias_sd_m = TrackerNoise::STATED.bias_sd_m;
-        let one = self.all(&in_plane(Look::at(&LAST, false)), biased)?;
+        let one = self.errors(&in_plane(Look::at(&LAST, false)), &NOMINAL, biased)?;
         let several = in_plane(Look::at(&LAST_FOUR, false));
         let told = Look {
             doubt_m: bias_sd_m * libm::sqrt(LAST_FOUR.len() as f64),
             ..several.clone()
         };
-        let several = self.all(&several, biased)?;
-        let told = self.all(&told, biased)?;
+        let several = self.errors(&several, &NOMINAL, biased)?;
+        let told = self.errors(&told, &NOMINAL, biased)?;
         Ok(Bias {
             bias_sd_m,
             path_rmse_one_m: of(&one, |e| e.path_m, median),
@@ -405,6 +413,13 @@ impl Asked<'_> {
             coverage_95_several_told: of(&told, robot_coverage, mean),
         })
     }
+}
+
+fn by_dof(values: &Widths) -> BTreeMap<String, f64> {
+    let named = DOFS.iter().zip(values);
+    named
+        .map(|(name, value)| ((*name).to_owned(), *value))
+        .collect()
 }
 
 /// Of the robot's position: the person's is recorded with the bias.

@@ -18,15 +18,18 @@ pub mod object_matching;
 pub mod pick_and_place;
 pub mod recordings;
 mod statistics;
+mod widths;
 
 use serde::Serialize;
 use serde_json::Value;
 
 use crate::baseline::BaselineError;
 use crate::demonstration::{DemonstrationError, ReadError};
+use crate::model::cluster::ClusterError;
 use crate::model::recognise::RecogniseError;
 use crate::model::{HyperparametersError, LearnError};
 use crate::simulate::difficulty::DensityError;
+use crate::simulate::operator::OperatorError;
 use crate::simulate::rig::RigError;
 use crate::table::TableError;
 use tonus_shared::promp::{BasisError, ModelError};
@@ -126,6 +129,9 @@ pub enum ExperimentError {
     /// The simulated wearer.
     #[error(transparent)]
     Rig(#[from] RigError),
+    /// The operator's second pass.
+    #[error(transparent)]
+    Operator(#[from] OperatorError),
     /// A recorded demonstration.
     #[error("movement {trial} of a simulated sitting was not recorded: {source}")]
     Demonstration {
@@ -146,6 +152,9 @@ pub enum ExperimentError {
     /// Another method.
     #[error(transparent)]
     Baseline(#[from] BaselineError),
+    /// Clustering.
+    #[error(transparent)]
+    Cluster(#[from] ClusterError),
     /// Inference.
     #[error(transparent)]
     Recognise(#[from] RecogniseError),

@@ -8,10 +8,11 @@ use super::bands::{Errors, figure, infer, robot_stiffness_ranges};
 use super::figures::{Envelopes, Inference, Trace};
 use super::look::{Answers, Look, Looks, answer, recognise, score};
 use super::statistics::{mean, root_mean_square};
+use super::widths::NOMINAL;
 use super::{Config, ExperimentError, Point, Progress, Score, Sweeps, data};
 use crate::demonstration::Demonstration;
 use crate::model::recognise::Recogniser;
-use crate::model::{Model, Shrinkage, learn};
+use crate::model::{Model, learn};
 use crate::simulate::difficulty::BestRecogniser;
 use crate::simulate::skills::{DURATION_US, Skill};
 use crate::simulate::tracker::{NoiseSource, TrackerNoise};
@@ -94,10 +95,7 @@ pub fn run(
     let new = data::new_objects(NEW_EACH, config)?;
     let envelopes = data::lift_envelopes(config)?;
     next("object matching: learning");
-    let model = learn(
-        &demonstrations,
-        &data::hyperparameters(Shrinkage::LeaveOneOut)?,
-    )?;
+    let model = learn(&demonstrations, &data::hyperparameters()?)?;
     let view = model.view()?;
     let mut asked = Asked {
         recogniser: Recogniser::new(&model, &view)?,
@@ -161,7 +159,7 @@ impl Asked<'_> {
         for movement in movements {
             let one = recognise(look, &mut self.recogniser, movement, &mut self.noise)?;
             let (best, _) = answer(&self.recogniser, movement.label());
-            let bands = infer(&mut self.recogniser, best, movement)?;
+            let bands = infer(&mut self.recogniser, (best, &NOMINAL), movement)?;
             errors.push((Errors::of(&bands, &self.ranges), one.1));
             answers.0.push(one);
         }
@@ -207,7 +205,7 @@ impl Asked<'_> {
         let observed = look.of(movement, &mut self.noise);
         look.observe(&mut self.recogniser, &observed)?;
         let (best, _) = answer(&self.recogniser, movement.label());
-        let bands = infer(&mut self.recogniser, best, movement)?;
+        let bands = infer(&mut self.recogniser, (best, &NOMINAL), movement)?;
         let recognised = &self.recogniser.model().labels()[best];
         Ok(figure(name, recognised, movement, (&observed, bands)))
     }

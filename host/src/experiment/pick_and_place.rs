@@ -7,10 +7,13 @@ use serde::Serialize;
 use super::bands::{figure, infer};
 use super::figures::{Inference, Trace};
 use super::look::{Answers, Look, Looks, answer, recognise, score};
+use super::widths::NOMINAL;
 use super::{Config, ExperimentError, Point, Progress, Score, Sweeps, data};
 use crate::demonstration::Demonstration;
+use crate::model::cluster::{ClusterConfig, adjusted_rand_index, cluster};
 use crate::model::recognise::Recogniser;
-use crate::model::{Model, Shrinkage, learn};
+use crate::model::{Model, Valid, learn};
+use crate::simulate::skills::Skill;
 
 /// What was found.
 #[derive(Debug, Clone, Serialize)]
@@ -25,8 +28,7 @@ pub struct PickAndPlace {
     /// accuracy.
     pub training: Score,
     /// The demonstrations clustered without their labels.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub unlabelled: Option<Unlabelled>,
+    pub unlabelled: Unlabelled,
     /// Onset and duration of each movement not announced.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unknown_tempo: Option<UnknownTempo>,
@@ -105,10 +107,7 @@ pub fn run(
     ));
     let demonstrations = data::pick_and_place(config)?;
     progress(say("pick and place: learning from all of them", 20));
-    let model = learn(
-        &demonstrations,
-        &data::hyperparameters(Shrinkage::LeaveOneOut)?,
-    )?;
+    let model = learn(&demonstrations, &data::hyperparameters()?)?;
     let single = learn_as_one(&demonstrations)?;
     let training = {
         let view = model.view()?;
@@ -124,8 +123,7 @@ pub fn run(
     for left_out in 0..demonstrations.len() {
         progress(say("pick and place: leaving one out", 50 + left_out));
         let others = without(&demonstrations, left_out);
-        let valid = data::hyperparameters(halves[left_out % 2])?;
-        let model = learn(&others, &valid)?;
+        let model = learn(&others, &halves[left_out % 2])?;
         let view = model.view()?;
         let mut recogniser = Recogniser::new(&model, &view)?;
         let movement = &demonstrations[left_out];
@@ -140,7 +138,7 @@ pub fn run(
         first_half: at(&sweeps.by_fraction, 0.5),
         three_observations: at(&sweeps.by_observations, 3.0),
         training,
-        unlabelled: None,
+        unlabelled: unlabelled(&demonstrations, config.seed)?,
         unknown_tempo: None,
         sweeps,
         figures: Figures {
@@ -176,23 +174,33 @@ fn learn_as_one(demonstrations: &[Demonstration]) -> Result<Model, ExperimentErr
             .map_err(|source| ExperimentError::Demonstration { trial, source })
     });
     let renamed = renamed.collect::<Result<Vec<_>, _>>()?;
-    Ok(learn(
-        &renamed,
-        &data::hyperparameters(Shrinkage::LeaveOneOut)?,
-    )?)
+    Ok(learn(&renamed, &data::hyperparameters()?)?)
 }
 
-/// Shrinkage for models that are tested on even and on odd demonstrations, each chosen on the others. Demonstrations
+/// Clusters of the demonstrations, whose labels are looked at for the agreement alone.
+fn unlabelled(demonstrations: &[Demonstration], seed: u64) -> Result<Unlabelled, ExperimentError> {
+    let given = ClusterConfig {
+        seed,
+        ..ClusterConfig::default()
+    };
+    let none = vec![None; demonstrations.len()];
+    let clusters = cluster(demonstrations, &data::hyperparameters()?, &none, &given)?;
+    let labels = Skill::PICK_AND_PLACE.map(Skill::label);
+    let own = |d: &Demonstration| labels.iter().position(|label| *label == d.label());
+    let own: Vec<usize> = demonstrations.iter().filter_map(own).collect();
+    Ok(Unlabelled {
+        components: clusters.components,
+        adjusted_rand_index: adjusted_rand_index(&own, &clusters.assignment).unwrap_or(f64::NAN),
+    })
+}
+
+/// How to learn models that are tested on even and on odd demonstrations, each chosen on the others. Demonstrations
 /// come in turn, so both halves hold as many of each skill.
-fn chosen_by_halves(demonstrations: &[Demonstration]) -> Result<[Shrinkage; 2], ExperimentError> {
-    let chosen_on = |rest: usize| -> Result<Shrinkage, ExperimentError> {
+fn chosen_by_halves(demonstrations: &[Demonstration]) -> Result<[Valid; 2], ExperimentError> {
+    let chosen_on = |rest: usize| {
         let half = demonstrations.iter().skip(rest).step_by(2).cloned();
         let half: Vec<_> = half.collect();
-        let model = learn(&half, &data::hyperparameters(Shrinkage::LeaveOneOut)?)?;
-        Ok(Shrinkage::Fixed {
-            pooled: model.parts().pooled_share,
-            diagonal: model.parts().diagonal_share,
-        })
+        data::as_chosen(&learn(&half, &data::hyperparameters()?)?)
     };
     Ok([chosen_on(1)?, chosen_on(0)?])
 }
@@ -257,7 +265,7 @@ impl HeldOut {
             let observed = look.of(movement, &mut self.noise);
             look.observe(recogniser, &observed)?;
             let (best, _) = answer(recogniser, movement.label());
-            let bands = infer(recogniser, best, movement)?;
+            let bands = infer(recogniser, (best, &NOMINAL), movement)?;
             let recognised = &recogniser.model().labels()[best];
             let name = format!("{} after {count} observations", movement.label());
             figures

@@ -14,13 +14,15 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use tonus_shared::promp::{ConditionError, Mixture, ModelError, RowError, trajectory_scratch_len};
 
+use super::first_part::FirstPart;
 use super::{LearnError, Model, NotPositive, Valid, learn};
 use crate::demonstration::Demonstration;
 
 /// What is observed of each demonstration, and how.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Protocol {
-    /// How many times every DoF is observed, equally spaced from the start, at least 1.
+    /// How many times every DoF is observed, equally spaced from the start, at least 1. Samples after the fraction
+    /// are not looked at: the last observation is the last sample within it.
     pub observations: usize,
     /// The first part of the duration that they span, above 0, at most 1.
     pub fraction: f64,
@@ -245,29 +247,49 @@ fn outcome(
             got,
         });
     }
-    let Some(performed) = model.skill(demonstration.label()) else {
+    let classes = model.classes();
+    let Some(performed) = classes.iter().position(|c| *c == demonstration.class()) else {
         return Err(EvaluateError::Unknown {
             file: demonstration.file().to_owned(),
-            label: demonstration.label().to_owned(),
-            known: model.labels().to_vec(),
+            label: demonstration.class().to_owned(),
+            known: classes.into_iter().map(str::to_owned).collect(),
         });
     };
-    for phase in protocol.phases() {
-        observe(model, mixture, demonstration, (phase, protocol), noise)?;
+    let part = FirstPart::of(demonstration, protocol.fraction);
+    let mut phases: Vec<f64> = protocol.phases().map(|phase| part.phase(phase)).collect();
+    // Where samples are sparse one may be the last for several: it is seen once.
+    phases.dedup();
+    for phase in phases {
+        observe(
+            model,
+            mixture,
+            (demonstration, &part),
+            (phase, protocol),
+            noise,
+        )?;
     }
-    let mut log_posterior = vec![0.0; model.labels().len()];
-    mixture.log_posterior(&mut log_posterior)?;
-    let recognised = mixture.most_likely();
+    let mut of_skills = vec![0.0; model.labels().len()];
+    mixture.log_posterior(&mut of_skills)?;
     let (squared_error, unobserved) = prediction_error(
         model,
         mixture,
-        recognised,
+        mixture.most_likely(),
         (demonstration, protocol.fraction),
     )?;
+    let log_posterior = model.class_log_posterior(&of_skills);
+    let recognised = (1..classes.len()).fold(0, |best, class| {
+        if log_posterior[class] > log_posterior[best] {
+            class
+        } else {
+            best
+        }
+    });
     Ok(Outcome {
-        label: demonstration.label().to_owned(),
-        recognised: model.labels()[recognised].clone(),
+        label: demonstration.class().to_owned(),
+        recognised: classes[recognised].to_owned(),
         log_probability: log_posterior[performed],
+        performed,
+        log_posterior,
         squared_error,
         unobserved,
     })
@@ -276,12 +298,12 @@ fn outcome(
 fn observe(
     model: &Model,
     mixture: &mut Mixture<'_, f64, Vec<f64>>,
-    demonstration: &Demonstration,
+    (demonstration, part): (&Demonstration, &FirstPart<'_>),
     (phase, protocol): (f64, &Protocol),
     noise: &mut ChaCha8Rng,
 ) -> Result<(), EvaluateError> {
     for (index, dof) in model.dofs().iter().enumerate() {
-        let recorded = demonstration.value_at(index, phase).unwrap_or(f64::NAN);
+        let recorded = part.value(index, phase).unwrap_or(f64::NAN);
         let mut value = recorded;
         if dof.is_position() && protocol.noise_m > 0.0 {
             let normal: f64 = StandardNormal.sample(noise);

@@ -1,104 +1,13 @@
 //! A learnt model: numbers that have been checked, and the views on them that inference takes.
 
+use std::collections::BTreeSet;
+
 use tonus_shared::promp::{
-    Basis, Latent, Mixture, ModelError, Observation, Order, Row, RowError, Skill, Trajectory,
-    mixture_len,
+    Latent, Mixture, ModelError, Observation, Order, Row, RowError, Skill, Trajectory, mixture_len,
 };
 
-use super::{Dof, NotPositive};
-
-/// How long the demonstrations of a skill took, seconds.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Durations {
-    /// Mean.
-    pub mean_s: f64,
-    /// Standard deviation (of the sample, `n - 1`).
-    pub std_s: f64,
-    /// Shortest.
-    pub min_s: f64,
-    /// Longest.
-    pub max_s: f64,
-}
-
-/// What a model consists of, for [`Model::assemble`]. `Q` skills, `D` DoFs, `K` basis functions, rank `r`; matrices
-/// row-major, weights DoF-major, in each DoF's unit as it enters the model (the logarithm's for a logarithm).
-#[derive(Clone, Debug, PartialEq)]
-pub struct Parts {
-    /// `D` signals.
-    pub dofs: Vec<Dof>,
-    /// `K` functions.
-    pub basis: Basis,
-    /// `Q` names, sorted.
-    pub labels: Vec<String>,
-    /// `Q` numbers of demonstrations; the prior probabilities are their shares.
-    pub counts: Vec<u32>,
-    /// `Q` durations.
-    pub durations: Vec<Durations>,
-    /// `D` standard deviations of the data, that the DoFs were scaled by.
-    pub scale: Vec<f64>,
-    /// `r`.
-    pub rank: usize,
-    /// `D K x r`, with the scales folded in.
-    pub loading: Vec<f64>,
-    /// `Q x D K`.
-    pub weight_means: Vec<f64>,
-    /// `Q x r x r`: square roots of the skills' latent covariances.
-    pub roots: Vec<f64>,
-    /// `D`: variance that basis and loading leave.
-    pub residual_variance: Vec<f64>,
-    /// Ridge it was learnt with.
-    pub ridge: f64,
-    /// Placement it was learnt with, metres.
-    pub placement_m: f64,
-    /// Share `a` of the pooled covariance.
-    pub pooled_share: f64,
-    /// Share `b` of the diagonal.
-    pub diagonal_share: f64,
-}
-
-/// Parts that make no model.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum PartsError {
-    /// A list of the wrong length.
-    #[error("{what} has {got} entries where {expected} are needed")]
-    Length {
-        /// Which list.
-        what: &'static str,
-        /// Its length by the shape.
-        expected: usize,
-        /// Its length.
-        got: usize,
-    },
-    /// Labels out of order, or one twice.
-    #[error("the labels are not sorted, or `{label}` is there twice")]
-    Labels {
-        /// The label that does not come after the one before it.
-        label: String,
-    },
-    /// Two DoFs of one name.
-    #[error("DoF `{name}` is there twice")]
-    Dofs {
-        /// The name.
-        name: String,
-    },
-    /// A skill of no demonstrations.
-    #[error("skill `{label}` has no demonstrations")]
-    NoCount {
-        /// The skill.
-        label: String,
-    },
-    /// A number outside its range.
-    #[error("{what} is {value}: out of range")]
-    Range {
-        /// Which number.
-        what: &'static str,
-        /// The number.
-        value: f64,
-    },
-    /// Inference does not take it.
-    #[error(transparent)]
-    Model(#[from] ModelError),
-}
+use super::parts::same;
+use super::{Dof, Durations, Hyperparameters, NotPositive, Parts, PartsError};
 
 /// A learnt model, valid as a whole: what [`super::learn()`] gives and a model file holds.
 #[derive(Clone, Debug, PartialEq)]
@@ -110,52 +19,16 @@ impl Model {
     /// # Errors
     /// What does not fit together, or what inference would refuse.
     pub fn assemble(parts: Parts) -> Result<Self, PartsError> {
-        let (skills, dofs) = (parts.labels.len(), parts.dofs.len());
-        let same = |what, expected, got| {
-            if expected == got {
-                Ok(())
-            } else {
-                Err(PartsError::Length {
-                    what,
-                    expected,
-                    got,
-                })
-            }
-        };
-        same("the counts", skills, parts.counts.len())?;
-        same("the durations", skills, parts.durations.len())?;
-        same("the scales", dofs, parts.scale.len())?;
-        if let Some(pair) = parts.labels.windows(2).find(|pair| pair[0] >= pair[1]) {
-            let label = pair[1].clone();
-            return Err(PartsError::Labels { label });
-        }
-        for (index, dof) in parts.dofs.iter().enumerate() {
-            if parts.dofs[..index]
-                .iter()
-                .any(|other| other.name == dof.name)
-            {
-                let name = dof.name.clone();
-                return Err(PartsError::Dofs { name });
-            }
-        }
-        if let Some(skill) = parts.counts.iter().position(|&count| count == 0) {
-            let label = parts.labels[skill].clone();
-            return Err(PartsError::NoCount { label });
-        }
-        check_ranges(&parts)?;
+        parts.check()?;
+        let skills = parts.labels.len();
         let model = Self(parts);
         // Lengths of the matrices, and every number in them.
         let widths = model.widths()?;
-        same(
-            "the weight means",
-            skills.saturating_mul(widths.mean),
-            model.0.weight_means.len(),
-        )?;
-        same(
-            "the roots",
-            skills.saturating_mul(widths.root),
-            model.0.roots.len(),
-        )?;
+        let of_skills = |width: usize| skills.saturating_mul(width);
+        let means = model.0.weight_means.len();
+        same("the weight means", of_skills(widths.mean), means)?;
+        let roots = model.0.roots.len();
+        same("the roots", of_skills(widths.root), roots)?;
         model.view()?.mixture()?;
         Ok(model)
     }
@@ -176,6 +49,44 @@ impl Model {
     #[must_use]
     pub fn labels(&self) -> &[String] {
         &self.0.labels
+    }
+
+    /// Names of the classes, sorted, each once; every index of a class is into these.
+    #[must_use]
+    pub fn classes(&self) -> Vec<&str> {
+        let all: BTreeSet<&str> = self.0.classes.iter().map(String::as_str).collect();
+        all.into_iter().collect()
+    }
+
+    /// Index of the class that a skill is a component of; `None` for a skill that is none.
+    #[must_use]
+    pub fn class_of(&self, skill: usize) -> Option<usize> {
+        let class = self.0.classes.get(skill)?;
+        self.classes().iter().position(|name| name == class)
+    }
+
+    /// Log posterior of each class from that of each skill: the sum over the class's components, in the log domain.
+    #[must_use]
+    pub fn class_log_posterior(&self, skills: &[f64]) -> Vec<f64> {
+        let of_class = |class: &str| {
+            let members = self.0.classes.iter().zip(skills);
+            let members = members.filter(|(name, _)| *name == class);
+            let logs: Vec<f64> = members.map(|(_, log)| *log).collect();
+            log_sum_exp(&logs)
+        };
+        self.classes().into_iter().map(of_class).collect()
+    }
+
+    /// What was decided before it was learnt.
+    #[must_use]
+    pub fn hyperparameters(&self) -> Hyperparameters {
+        Hyperparameters {
+            ridge: self.0.ridge,
+            shrinkage: self.0.shrinkage,
+            predictive: self.0.predictive,
+            placement_m: self.0.placement_m,
+            ..Hyperparameters::new(self.0.dofs.clone(), self.0.basis)
+        }
     }
 
     /// How long the demonstrations of each skill took.
@@ -252,16 +163,16 @@ impl Model {
         let means = parts.weight_means.chunks_exact(widths.mean);
         let roots = parts.roots.chunks_exact(widths.root);
         let total: f64 = parts.counts.iter().map(|&count| f64::from(count)).sum();
-        let skills = means.zip(roots).zip(&parts.counts);
-        let skills = skills.map(|((mean, root), &count)| {
+        let numbers = parts.counts.iter().zip(&parts.freedom);
+        let skills = means.zip(roots).zip(numbers);
+        let skills = skills.map(|((mean, root), (&count, &freedom))| {
             let log_prior = libm::log(f64::from(count) / total);
-            Skill::new(
-                &latent,
-                mean,
-                Some(root),
-                &parts.residual_variance,
-                log_prior,
-            )
+            let residual = &parts.residual_variance;
+            let skill = Skill::new(&latent, mean, Some(root), residual, log_prior)?;
+            match freedom {
+                Some(freedom) => skill.with_freedom(freedom),
+                None => Ok(skill),
+            }
         });
         let skills = skills.collect::<Result<Vec<_>, _>>()?;
         Ok(View { latent, skills })
@@ -283,34 +194,18 @@ impl Model {
     }
 }
 
+fn log_sum_exp(logs: &[f64]) -> f64 {
+    let most = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    if most.is_infinite() {
+        return most;
+    }
+    let rest: f64 = logs.iter().map(|log| libm::exp(log - most)).sum();
+    most + libm::log(rest)
+}
+
 struct Widths {
     mean: usize,
     root: usize,
-}
-
-fn check_ranges(parts: &Parts) -> Result<(), PartsError> {
-    let check = |what, value: f64, within: bool| {
-        if value.is_finite() && within {
-            Ok(())
-        } else {
-            Err(PartsError::Range { what, value })
-        }
-    };
-    for &scale in &parts.scale {
-        check("a scale", scale, scale > 0.0)?;
-    }
-    for d in &parts.durations {
-        check("a shortest duration", d.min_s, d.min_s > 0.0)?;
-        check("a mean duration", d.mean_s, d.mean_s > 0.0)?;
-        check("a longest duration", d.max_s, d.max_s >= d.min_s)?;
-        check("a duration's deviation", d.std_s, d.std_s >= 0.0)?;
-    }
-    check("the ridge", parts.ridge, parts.ridge > 0.0)?;
-    check("the placement", parts.placement_m, parts.placement_m >= 0.0)?;
-    for share in [parts.pooled_share, parts.diagonal_share] {
-        check("a share", share, (0.0..=1.0).contains(&share))?;
-    }
-    Ok(())
 }
 
 /// A model as inference takes it.

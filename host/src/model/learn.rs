@@ -1,30 +1,20 @@
 //! From demonstrations to a model.
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use tonus_shared::promp::RowError;
 
+use super::assembly::{Learnt, choose, outside_variance, subspace_of};
+use super::fits::{Fitted, Groups, Member, fit_all, residual_variance, scaled, scales};
+use super::parts::same;
 use super::placement::Placement;
-use super::shrinkage::{Scatter, Shares};
-use super::subspace::{Deviations, Subspace, SubspaceError, extended};
-use super::weights::{design, fit};
+use super::shrinkage::Scatter;
+use super::subspace::Deviations;
 use super::{
-    Dof, Durations, Hyperparameters, Model, NotPositive, Parts, PartsError, Shrinkage, Valid,
+    Hyperparameters, HyperparametersError, Learner, Model, NotPositive, PartsError, Predictive,
+    Valid,
 };
 use crate::demonstration::Demonstration;
-
-/// Phases per DoF at which the leave-one-out likelihood looks at a demonstration.
-const LIKELIHOOD_PHASES: usize = 10;
-/// Phases per DoF over which a variance of weights is averaged into one of the DoF.
-const RESIDUAL_PHASES: usize = 50;
-/// A DoF that varies by less than this share of its size does not vary.
-const CONSTANT: f64 = 1e-12;
-/// Fewer demonstrations of a skill have no deviation from their mean.
-const LEAST_PER_SKILL: usize = 2;
-/// Leaving one out must leave a pooled covariance.
-const LEAST_FREEDOM: usize = 2;
 
 /// Demonstrations that make no model.
 #[derive(Debug, thiserror::Error)]
@@ -44,6 +34,22 @@ pub enum LearnError {
         /// Its DoFs.
         got: usize,
     },
+    /// Values missing where the learner needs all.
+    #[error("{}: a demonstration of `{label}` has values missing: learn by EM", file.display())]
+    Gaps {
+        /// The file it comes from.
+        file: PathBuf,
+        /// Its label.
+        label: String,
+    },
+    /// A DoF of which a skill has no value at all.
+    #[error("no demonstration of `{label}` has a value of `{dof}`: leave out one or the other")]
+    NeverSeen {
+        /// The skill.
+        label: String,
+        /// The DoF.
+        dof: String,
+    },
     /// A skill with too few demonstrations.
     #[error(
         "skill `{label}` has {found} demonstration(s) and needs at least {needed}: record more or exclude it"
@@ -56,6 +62,17 @@ pub enum LearnError {
         /// Demonstrations needed.
         needed: usize,
     },
+    /// One component of two classes.
+    #[error("demonstrations of `{label}` are of two classes, `{}` and `{}`: rename one", classes[0], classes[1])]
+    Classes {
+        /// The component.
+        label: String,
+        /// Two of its classes.
+        classes: [String; 2],
+    },
+    /// A model that keeps nothing of its demonstrations.
+    #[error("the model was learnt by EM and must be refitted: train it again from all recordings")]
+    Refit,
     /// A value without a logarithm.
     #[error("{}: `{label}` at {time_s} s: {reason}", file.display())]
     NotPositive {
@@ -88,6 +105,9 @@ pub enum LearnError {
     /// A factorisation failed.
     #[error("the {0} did not converge: check the demonstrations for values of very different size")]
     Numerical(&'static str),
+    /// The hyperparameters of the model to be extended.
+    #[error(transparent)]
+    Hyperparameters(#[from] HyperparametersError),
     /// The basis refused a phase.
     #[error(transparent)]
     Row(#[from] RowError),
@@ -97,7 +117,7 @@ pub enum LearnError {
 }
 
 /// Learns a model: weights of every demonstration by ridge least squares on scaled DoFs, the subspace of their
-/// within-skill deviations by thin SVD, each skill's covariance in it by shrinkage, priors from counts.
+/// within-skill deviations by QR, each skill's covariance in it by shrinkage, priors from counts.
 ///
 /// What the basis leaves of the demonstrations, and what a demonstration has outside the subspace of the others
 /// (in closed form, as if each had been left out), is each DoF's residual variance, which inference adds to the
@@ -107,251 +127,86 @@ pub enum LearnError {
 /// # Errors
 /// [`LearnError`].
 pub fn learn(demonstrations: &[Demonstration], valid: &Valid) -> Result<Model, LearnError> {
+    learn_fitted(fit(demonstrations, valid)?, valid)
+}
+
+/// The first half of [`learn`]: each demonstration on its own. Whoever learns many models from subsets of the same
+/// demonstrations fits them once.
+///
+/// # Errors
+/// [`LearnError`] of one demonstration.
+pub fn fit(demonstrations: &[Demonstration], valid: &Valid) -> Result<Vec<Fitted>, LearnError> {
+    fit_all(demonstrations, valid.get())
+}
+
+/// The second half of [`learn`]: everything after the fits, a function of them and of what was decided before.
+///
+/// # Errors
+/// [`LearnError`], also for fits of another number of weights.
+pub fn learn_fitted(fits: Vec<Fitted>, valid: &Valid) -> Result<Model, LearnError> {
     let given = valid.get();
-    let groups = Groups::of(demonstrations, given)?;
-    let encoded = encode(demonstrations, &given.dofs)?;
-    let scale = scales(&encoded, &given.dofs)?;
-    let (weights, fit_variance) = fit_all(demonstrations, &encoded, &scale, given)?;
-    let deviations = Deviations::new(&weights, groups.skill, groups.counts);
-    let subspace = Subspace::of(&deviations).map_err(|error| match error {
-        SubspaceError::Nothing => LearnError::Identical,
-        SubspaceError::Factorisation => LearnError::Numerical("singular value decomposition"),
-    })?;
+    check_lengths(&fits, given)?;
+    from_fits(fits, given)
+}
+
+/// Adds demonstrations, of skills that the model has or of new ones. The model is the one that [`learn`] makes
+/// of all demonstrations, the model's own first: it keeps what was fitted to each of them, and everything after the
+/// fits is done again (scales, subspace, shares if they were chosen).
+///
+/// # Errors
+/// [`LearnError`]; [`LearnError::Refit`] for a model that keeps no fits.
+pub fn extend(model: &Model, demonstrations: &[Demonstration]) -> Result<Model, LearnError> {
+    if model.parts().learner == Learner::Em {
+        return Err(LearnError::Refit);
+    }
+    let valid = model.hyperparameters().check()?;
+    let mut fits = model.parts().demonstrations.clone();
+    fits.extend(fit(demonstrations, &valid)?);
+    learn_fitted(fits, &valid)
+}
+
+fn check_lengths(fits: &[Fitted], given: &Hyperparameters) -> Result<(), LearnError> {
+    let dofs = given.dofs.len();
+    for one in fits {
+        let width = dofs.saturating_mul(given.basis.count());
+        same("the weights of a demonstration", width, one.weights.len())?;
+        same("what they leave", dofs, one.residual_squares.len())?;
+        same("the means of a demonstration", dofs, one.means.len())?;
+        same("the squares of a demonstration", dofs, one.squares.len())?;
+    }
+    Ok(())
+}
+
+fn from_fits(fits: Vec<Fitted>, given: &Hyperparameters) -> Result<Model, LearnError> {
+    let members: Vec<_> = fits.iter().map(Member::of_fit).collect();
+    let groups = Groups::of(&members)?;
+    let scale = scales(&fits, &given.dofs)?;
+    let weights = scaled(&fits, &scale, given.basis.count());
+    let deviations = Deviations::new(&weights, groups.skill.clone(), groups.counts.clone());
+    let subspace = subspace_of(&deviations)?;
     let outside_variance = outside_variance(&subspace.outside, given)?;
-    let residual = DVector::from_vec(fit_variance) + outside_variance;
+    let residual = residual_variance(&fits, &scale) + outside_variance;
     let scatter = Scatter::new(&deviations, &subspace);
     let placement = Placement::new(given, &scale)?;
-    let shares = match given.shrinkage {
-        Shrinkage::Fixed { pooled, diagonal } => Shares { pooled, diagonal },
-        Shrinkage::LeaveOneOut => choose(&scatter, &placement, &residual, given)?,
-    };
-    let directions = extended(&subspace.directions, &placement.offsets);
-    let roots = (0..groups.labels.len()).map(|skill| {
-        let inside = scatter.covariance(skill, shares);
-        root(&placement.added_to(&inside, &directions))
+    let choice = choose(&scatter, &placement, &residual, given)?;
+    let covariances = groups.counts.iter().enumerate().map(|(skill, &n)| {
+        let inside = scatter.covariance(skill, choice.shares);
+        if given.predictive == Predictive::PlugIn {
+            return inside;
+        }
+        // The mean's own uncertainty.
+        inside * (1.0 + 1.0 / n as f64)
     });
-    let roots = roots.collect::<Result<Vec<_>, _>>()?.concat();
-    let functions = given.basis.count();
-    let raw = |row: usize| scale[row / functions];
-    let loading = (0..directions.nrows()).flat_map(|row| {
-        directions
-            .row(row)
-            .iter()
-            .map(|v| v * raw(row))
-            .collect::<Vec<_>>()
-    });
-    let means = deviations.means.iter();
-    let means = means.flat_map(|mean| mean.iter().enumerate().map(|(row, v)| v * raw(row)));
-    let parts = Parts {
-        dofs: given.dofs.clone(),
-        basis: given.basis,
-        counts: deviations
-            .counts
-            .iter()
-            .map(|&n| u32::try_from(n).unwrap_or(u32::MAX))
-            .collect(),
-        durations: groups.durations,
-        rank: directions.ncols(),
-        loading: loading.collect(),
-        weight_means: means.collect(),
-        roots,
-        residual_variance: residual
-            .iter()
-            .zip(&scale)
-            .map(|(v, s)| v * s * s)
-            .collect(),
-        labels: groups.labels,
+    let learnt = Learnt {
+        covariances: covariances.collect(),
+        groups,
+        means: deviations.means,
+        directions: subspace.directions,
+        residual,
         scale,
-        ridge: given.ridge,
-        placement_m: given.placement_m,
-        pooled_share: shares.pooled,
-        diagonal_share: shares.diagonal,
+        choice,
+        learner: Learner::LeastSquares,
+        demonstrations: fits,
     };
-    Ok(Model::assemble(parts)?)
-}
-
-/// Which demonstration is of which skill.
-struct Groups {
-    labels: Vec<String>,
-    counts: Vec<usize>,
-    skill: Vec<usize>,
-    durations: Vec<Durations>,
-}
-
-impl Groups {
-    fn of(demonstrations: &[Demonstration], given: &Hyperparameters) -> Result<Self, LearnError> {
-        let mut spans: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
-        for demonstration in demonstrations {
-            let (expected, got) = (given.dofs.len(), demonstration.values().len());
-            if expected != got {
-                return Err(LearnError::Dofs {
-                    file: demonstration.file().to_owned(),
-                    label: demonstration.label().to_owned(),
-                    expected,
-                    got,
-                });
-            }
-            let of_label = spans.entry(demonstration.label()).or_default();
-            of_label.push(demonstration.duration_s());
-        }
-        // A lone skill has only its own deviations.
-        let alone = LEAST_FREEDOM + 1;
-        let needed = if spans.len() == 1 {
-            alone
-        } else {
-            LEAST_PER_SKILL
-        };
-        if spans.is_empty() {
-            return Err(LearnError::None);
-        }
-        if let Some((label, of_label)) = spans.iter().find(|(_, s)| s.len() < needed) {
-            return Err(LearnError::TooFew {
-                label: (*label).to_owned(),
-                found: of_label.len(),
-                needed,
-            });
-        }
-        let index: BTreeMap<&str, usize> = spans.keys().copied().zip(0..).collect();
-        Ok(Self {
-            labels: spans.keys().map(|&label| label.to_owned()).collect(),
-            counts: spans.values().map(Vec::len).collect(),
-            skill: demonstrations.iter().map(|d| index[d.label()]).collect(),
-            durations: spans.values().map(|seconds| durations(seconds)).collect(),
-        })
-    }
-}
-
-fn durations(seconds: &[f64]) -> Durations {
-    let (mean_s, variance) = moments(seconds.iter().copied());
-    let n = seconds.len() as f64;
-    Durations {
-        mean_s,
-        std_s: libm::sqrt(variance * n / (n - 1.0)),
-        min_s: seconds.iter().copied().fold(f64::INFINITY, f64::min),
-        max_s: seconds.iter().copied().fold(0.0, f64::max),
-    }
-}
-
-/// Mean, and mean squared distance from it.
-fn moments(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
-    let n = values.clone().count() as f64;
-    let mean = values.clone().sum::<f64>() / n;
-    let squares = values.map(|value| (value - mean) * (value - mean));
-    (mean, squares.sum::<f64>() / n)
-}
-
-/// Values as they enter the model: `[demonstration][dof][sample]`.
-fn encode(
-    demonstrations: &[Demonstration],
-    dofs: &[Dof],
-) -> Result<Vec<Vec<Vec<f64>>>, LearnError> {
-    let one = |demonstration: &Demonstration| {
-        let series = demonstration.values().iter().zip(dofs);
-        let encoded = series.map(|(values, dof)| {
-            let samples = values.iter().zip(demonstration.t_s());
-            let samples = samples.map(|(&value, &time_s)| {
-                dof.encode(value).map_err(|reason| LearnError::NotPositive {
-                    file: demonstration.file().to_owned(),
-                    label: demonstration.label().to_owned(),
-                    time_s,
-                    reason,
-                })
-            });
-            samples.collect::<Result<Vec<_>, _>>()
-        });
-        encoded.collect::<Result<Vec<_>, _>>()
-    };
-    demonstrations.iter().map(one).collect()
-}
-
-/// Standard deviation of each DoF over all samples.
-fn scales(encoded: &[Vec<Vec<f64>>], dofs: &[Dof]) -> Result<Vec<f64>, LearnError> {
-    let one = |(index, dof): (usize, &Dof)| {
-        let samples = encoded
-            .iter()
-            .flat_map(|series| series[index].iter().copied());
-        let (value, variance) = moments(samples);
-        let dof = dof.name.clone();
-        if !variance.is_finite() {
-            return Err(LearnError::TooLarge { dof });
-        }
-        let scale = libm::sqrt(variance);
-        if scale > CONSTANT * value.abs() {
-            Ok(scale)
-        } else {
-            Err(LearnError::Constant { dof, value })
-        }
-    };
-    dofs.iter().enumerate().map(one).collect()
-}
-
-/// Weights of every demonstration, and the mean over them of what the weights leave, per DoF; scaled.
-fn fit_all(
-    demonstrations: &[Demonstration],
-    encoded: &[Vec<Vec<f64>>],
-    scale: &[f64],
-    given: &Hyperparameters,
-) -> Result<(Vec<DVector<f64>>, Vec<f64>), LearnError> {
-    let mut weights = Vec::with_capacity(demonstrations.len());
-    let mut variance = vec![0.0; scale.len()];
-    for (demonstration, series) in demonstrations.iter().zip(encoded) {
-        let scaled = series.iter().zip(scale);
-        let scaled: Vec<_> = scaled
-            .map(|(values, s)| DVector::from_iterator(values.len(), values.iter().map(|v| v / s)))
-            .collect();
-        let phases = design(&given.basis, demonstration.phases())?;
-        let fitted = fit(&phases, &scaled, given.ridge)
-            .ok_or(LearnError::Numerical("least squares fit of the weights"))?;
-        for (sum, one) in variance.iter_mut().zip(&fitted.residual_variance) {
-            *sum += one / demonstrations.len() as f64;
-        }
-        weights.push(fitted.weights);
-    }
-    Ok((weights, variance))
-}
-
-/// Mean square along the movement of what the rows of `outside` (weights) draw, per DoF.
-fn outside_variance(
-    outside: &DMatrix<f64>,
-    given: &Hyperparameters,
-) -> Result<DVector<f64>, LearnError> {
-    let phases = design(&given.basis, even(RESIDUAL_PHASES))?;
-    let functions = given.basis.count();
-    let of_dof = |dof: usize, _| {
-        let drawn = outside.columns(dof * functions, functions) * phases.transpose();
-        drawn.norm_squared() / drawn.len() as f64
-    };
-    Ok(DVector::from_fn(given.dofs.len(), of_dof))
-}
-
-/// `count` phases from 0 to 1.
-pub(super) fn even(count: usize) -> impl Iterator<Item = f64> {
-    (0..count).map(move |step| step as f64 / (count - 1) as f64)
-}
-
-fn choose(
-    scatter: &Scatter<'_>,
-    placement: &Placement,
-    residual: &DVector<f64>,
-    given: &Hyperparameters,
-) -> Result<Shares, LearnError> {
-    let phases = design(&given.basis, even(LIKELIHOOD_PHASES))?;
-    let observe = DMatrix::<f64>::identity(given.dofs.len(), given.dofs.len()).kronecker(&phases);
-    let noise = DVector::from_fn(observe.nrows(), |row, _| residual[row / LIKELIHOOD_PHASES]);
-    let offset = placement.seen(&observe);
-    scatter
-        .choose(&observe, &noise, &offset)
-        .ok_or(LearnError::Numerical("leave-one-out likelihood"))
-}
-
-/// A square root of a positive semi-definite matrix, row-major; eigenvalues that rounding put below zero are zero.
-fn root(covariance: &DMatrix<f64>) -> Result<Vec<f64>, LearnError> {
-    let symmetric = (covariance + covariance.transpose()) * 0.5;
-    let eigen = SymmetricEigen::try_new(symmetric, f64::EPSILON, 0)
-        .ok_or(LearnError::Numerical("eigenvalue decomposition"))?;
-    let mut vectors = eigen.eigenvectors;
-    for (mut column, value) in vectors.column_iter_mut().zip(eigen.eigenvalues.iter()) {
-        column *= libm::sqrt(value.max(0.0));
-    }
-    Ok(vectors.transpose().as_slice().to_vec())
+    learnt.model(&placement, given)
 }

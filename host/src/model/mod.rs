@@ -9,19 +9,33 @@
 //! value, so that no inferred stiffness is negative: values go in through [`Dof::encode`] and come out
 //! through [`Dof::decode`].
 
+mod assembly;
+pub mod calibration;
+mod choice;
+pub mod cluster;
+pub mod compose;
 mod dof;
+mod em;
 pub mod evaluate;
 
+mod first_part;
+mod fits;
 mod fitted;
 mod hyperparameters;
 mod learn;
+pub mod novelty;
+mod parts;
 mod placement;
 pub mod recognise;
 mod shrinkage;
 mod subspace;
+pub mod tempo;
 mod weights;
 
 pub use dof::{Dof, NotPositive, Transform};
-pub use fitted::{Durations, Model, Parts, PartsError, View};
-pub use hyperparameters::{Hyperparameters, HyperparametersError, Shrinkage, Valid};
-pub use learn::{LearnError, learn};
+pub use em::{Em, EmConfig, learn_em, run_em};
+pub use fits::Fitted;
+pub use fitted::{Model, View};
+pub use hyperparameters::{Hyperparameters, HyperparametersError, Predictive, Shrinkage, Valid};
+pub use learn::{LearnError, extend, fit, learn, learn_fitted};
+pub use parts::{Durations, Learner, Parts, PartsError};

@@ -2,8 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::learn::even;
-use super::weights::{design, fit};
+use super::assembly::even;
+use super::weights::Design;
 use super::{Hyperparameters, LearnError};
 
 /// Phases that a constant is fitted at, for each basis function.
@@ -22,13 +22,9 @@ impl Placement {
         let mut offsets = Vec::new();
         if given.placement_m > 0.0 {
             // Least squares, like any other movement: the basis may or may not sum to one.
-            let phases = design(
-                &given.basis,
-                even(PHASES_PER_FUNCTION * given.basis.count()),
-            )?;
-            let one = DVector::from_element(phases.nrows(), 1.0);
-            let ones = fit(&phases, &[one], RIDGE)
-                .ok_or(LearnError::Numerical("least squares fit of a constant"))?;
+            let phases = even(PHASES_PER_FUNCTION * given.basis.count()).collect();
+            let design = Design::new(&given.basis, phases, RIDGE)?;
+            let ones = design.fit(&DMatrix::from_element(design.samples(), 1, 1.0));
             let functions = given.basis.count();
             let positions = given.dofs.iter().zip(scale).enumerate();
             for (dof, (_, s)) in positions.filter(|(_, (dof, _))| dof.is_position()) {

@@ -1,9 +1,10 @@
 //! A movement as it comes in: one observed number after another, posterior and prediction at any time.
 
 use tonus_shared::promp::{
-    ConditionError, Mixture, ModelError, Row, RowError, trajectory_scratch_len,
+    BankError, ConditionError, Mixture, ModelError, Row, RowError, trajectory_scratch_len,
 };
 
+use super::tempo::TempoError;
 use super::{Model, NotPositive, View};
 
 /// What the model refused.
@@ -31,6 +32,21 @@ pub enum RecogniseError {
     /// A model that inference refused.
     #[error(transparent)]
     Model(#[from] ModelError),
+    /// A hypothesis or an observation that a bank refused.
+    #[error(transparent)]
+    Bank(#[from] BankError),
+    /// Durations and onsets that cannot be guessed so.
+    #[error(transparent)]
+    Tempo(#[from] TempoError),
+    /// A time that is NaN or infinite.
+    #[error("the time is {time_s} s: give a finite time")]
+    Time {
+        /// The time, seconds.
+        time_s: f64,
+    },
+    /// Nothing to predict from.
+    #[error("no hypothesis of the skill is left, or no movement has begun")]
+    NoHypothesis,
 }
 
 /// What a skill expects of one DoF at one phase, in the DoF's unit.
@@ -40,7 +56,8 @@ pub struct Prediction {
     pub mean: f64,
     /// Standard deviation of the movement itself; a sensor sees its own noise on top.
     pub std: f64,
-    /// Change of the mean per unit of phase: divide by the duration for a velocity.
+    /// Change of the mean per unit of phase (divide by the duration for a velocity); per second where
+    /// the duration is not known ([`super::tempo`]).
     pub rate: f64,
 }
 

@@ -1,15 +1,17 @@
 //! Weights of one demonstration by ridge least squares.
 
-use nalgebra::{Cholesky, DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use tonus_shared::promp::{Basis, RowError};
 
-/// Weights and what they leave of one demonstration.
+use super::LearnError;
+
+/// Weights of one demonstration and what they leave, in the values' own units.
 pub(super) struct Fit {
-    /// `D * K`, DoF-major, each DoF in units of its scale.
+    /// `D * K`, DoF-major.
     pub(super) weights: DVector<f64>,
-    /// Mean square of what the weights leave, per DoF, in units of its scale squared. With fewer samples than basis
-    /// functions it says little: the weights then pass through nearly every sample.
-    pub(super) residual_variance: Vec<f64>,
+    /// Sum of squares of what the weights leave, per DoF. With fewer samples than basis functions it says little:
+    /// the weights then pass through nearly every sample.
+    pub(super) residual_squares: Vec<f64>,
 }
 
 /// `values()` of the basis at each phase, one row each: `T x K`.
@@ -27,27 +29,56 @@ pub(super) fn design(
     Ok(DMatrix::from_row_slice(samples, basis.count(), &rows))
 }
 
-/// `w_d = (P^T P + ridge I)^-1 P^T y_d` for each DoF, by Cholesky; the factor is shared. `None` if it fails, which
-/// a positive ridge excludes for finite data.
-pub(super) fn fit(phases: &DMatrix<f64>, series: &[DVector<f64>], ridge: f64) -> Option<Fit> {
-    let functions = phases.ncols();
-    let mut normal = phases.tr_mul(phases);
-    for k in 0..functions {
-        normal[(k, k)] += ridge;
+/// The basis at some phases, and the factor of its normal equations.
+pub(super) struct Design {
+    phases: Vec<f64>,
+    /// `T x K`.
+    basis: DMatrix<f64>,
+    /// `K x T`.
+    transposed: DMatrix<f64>,
+    /// Of `P^T P + ridge I`.
+    factor: Cholesky<f64, Dyn>,
+}
+
+impl Design {
+    pub(super) fn new(basis: &Basis, phases: Vec<f64>, ridge: f64) -> Result<Self, LearnError> {
+        let basis = design(basis, phases.iter().copied())?;
+        let transposed = basis.transpose();
+        let mut normal = &transposed * &basis;
+        for k in 0..normal.nrows() {
+            normal[(k, k)] += ridge;
+        }
+        // A positive ridge makes it positive definite for finite data.
+        let factor = Cholesky::new(normal)
+            .ok_or(LearnError::Numerical("least squares fit of the weights"))?;
+        Ok(Self {
+            phases,
+            basis,
+            transposed,
+            factor,
+        })
     }
-    let factor = Cholesky::new(normal)?;
-    let mut weights = DVector::zeros(series.len() * functions);
-    let mut residual_variance = Vec::with_capacity(series.len());
-    for (dof, values) in series.iter().enumerate() {
-        let solved = factor.solve(&phases.tr_mul(values));
-        let left = values - phases * &solved;
-        residual_variance.push(left.norm_squared() / values.len() as f64);
-        weights
-            .rows_mut(dof * functions, functions)
-            .copy_from(&solved);
+
+    /// `T`.
+    pub(super) fn samples(&self) -> usize {
+        self.basis.nrows()
     }
-    Some(Fit {
-        weights,
-        residual_variance,
-    })
+
+    /// Whether it is at exactly these phases.
+    pub(super) fn is_at(&self, phases: &[f64]) -> bool {
+        self.phases == phases
+    }
+
+    /// `w_d = (P^T P + ridge I)^-1 P^T y_d` for each DoF, a column of `series` (`T x D`).
+    pub(super) fn fit(&self, series: &DMatrix<f64>) -> Fit {
+        let mut weights = &self.transposed * series;
+        self.factor.solve_mut(&mut weights);
+        let left = series - &self.basis * &weights;
+        let squares = left.column_iter().map(|column| column.norm_squared());
+        Fit {
+            residual_squares: squares.collect(),
+            // Column-major, so DoF-major.
+            weights: DVector::from_column_slice(weights.as_slice()),
+        }
+    }
 }

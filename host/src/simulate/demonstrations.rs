@@ -1,9 +1,7 @@
 //! Labelled demonstrations, recorded through the whole chain: what arrives is joined by the time it describes.
 
-use super::operator::{Operation, wanted_m};
 use super::rig::{Rig, RigConfig, RigError};
 use super::scripted::{self, RobotPoint};
-use super::seeded;
 use super::skills::DURATION_US;
 use super::tracker::TrackedHand;
 use super::wearer::{Action, Span, Task};
@@ -148,84 +146,6 @@ fn instants(
         .iter()
         .filter_map(sensed)
         .collect()
-}
-
-/// One action in twelve series: hand position and stiffness, robot position and stiffness.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Teleoperated {
-    /// Times since the action began, seconds.
-    pub t_s: Vec<f64>,
-    /// `[3 + 3 + 3 + 3][sample]`, metres and N/m.
-    pub values: Vec<Vec<f64>>,
-}
-
-/// Lets a person do each action before the tracker and electrodes of `person`, then show the robot's part of each in a
-/// second pass before those of `operator`, and joins the two by the time since the action began.
-///
-/// The robot's position is where the operator's tracked hand leads it, its stiffness the operator's own as streamed,
-/// both interpolated to the times of the first pass.
-///
-/// # Errors
-/// [`RigError`] as from [`Rig`].
-pub fn teleoperated(
-    actions: &[Action],
-    person: &RigConfig,
-    operator: &RigConfig,
-) -> Result<Vec<Teleoperated>, RigError> {
-    let first: Vec<_> = actions
-        .iter()
-        .map(|&action| Task::Perform(action))
-        .collect();
-    let mut rng = seeded(operator.seed, "operator");
-    let second: Vec<_> = actions
-        .iter()
-        .map(|action| Task::Operate(Operation::sample(action, &mut rng)))
-        .collect();
-    let human = sense(&first, 0, person)?;
-    let shown = sense(&second, 0, operator)?;
-    let joined = human.iter().zip(shown);
-    Ok(joined
-        .map(|(human, shown)| join(human, &shown, &follow(&shown)))
-        .collect())
-}
-
-/// Where the robot is at each instant of the operator's hand.
-fn follow(shown: &[Sensed]) -> Vec<[f64; 3]> {
-    shown.iter().map(|s| wanted_m(s.hand_m)).collect()
-}
-
-fn join(human: &[Sensed], shown: &[Sensed], robot_m: &[[f64; 3]]) -> Teleoperated {
-    let mut values = vec![Vec::with_capacity(human.len()); 12];
-    let mut t_s = Vec::with_capacity(human.len());
-    for now in human {
-        let next = shown.partition_point(|s| s.since_us < now.since_us);
-        let (Some(after), Some(after_m)) = (
-            shown.get(next).or(shown.last()),
-            robot_m.get(next).or(robot_m.last()),
-        ) else {
-            continue;
-        };
-        let before = next.saturating_sub(1);
-        let (before, before_m) = (shown.get(before).unwrap_or(after), robot_m.get(before));
-        let gap_us = after.since_us - before.since_us;
-        #[allow(clippy::cast_precision_loss, reason = "at most two seconds")]
-        let way = if gap_us > 0 {
-            ((now.since_us - before.since_us) as f64 / gap_us as f64).min(1.0)
-        } else {
-            1.0
-        };
-        let between = |from: [f64; 3], to: [f64; 3]| -> [f64; 3] {
-            std::array::from_fn(|axis| from[axis] + way * (to[axis] - from[axis]))
-        };
-        let robot_m = between(*before_m.unwrap_or(after_m), *after_m);
-        let firm = between(before.n_per_m, after.n_per_m);
-        t_s.push(now.t_s());
-        let row = [now.hand_m, now.n_per_m, robot_m, firm].concat();
-        for (series, value) in values.iter_mut().zip(row) {
-            series.push(value);
-        }
-    }
-    Teleoperated { t_s, values }
 }
 
 /// The tracker's position at `at_us` by linear interpolation between the frames around it (in order of

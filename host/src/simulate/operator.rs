@@ -8,10 +8,14 @@
 //! The operator sees the robot, and takes out whatever the tracker has wrong for long: the second pass has the
 //! tracker's jitter, not its slow bias.
 
+use super::demonstrations::{Sensed, sense};
 use super::muscle::{self, CHANNELS, Vigour};
+use super::rig::{RigConfig, RigError};
 use super::scripted::{self, HOME_M};
+use super::seeded;
 use super::skills::minimum_jerk;
-use super::wearer::Action;
+use super::teleoperation::{Teleoperation, TeleoperationConfig, TeleoperationError};
+use super::wearer::{Action, Task};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
@@ -21,6 +25,8 @@ pub const HAND_HOME_M: [f64; 3] = [0.34, 0.03, -0.22];
 pub const REACH: f64 = 1.0 / 0.6;
 /// Standard deviation of where the operator leads the robot on each axis: half-way (two bows), and at the end; metres.
 const AIM_SD_M: [f64; 3] = [0.004, 0.004, 0.003];
+/// Longest step of the arm's controller, seconds.
+const CONTROL_S: f64 = 0.01;
 
 /// One second pass.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -82,6 +88,119 @@ impl Operation {
 #[must_use]
 pub fn wanted_m(hand_m: [f64; 3]) -> [f64; 3] {
     std::array::from_fn(|axis| HOME_M[axis] + (hand_m[axis] - HAND_HOME_M[axis]) * REACH)
+}
+
+/// One action in twelve series: hand position and stiffness, robot position and stiffness.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Teleoperated {
+    /// Times since the action began, seconds.
+    pub t_s: Vec<f64>,
+    /// `[3 + 3 + 3 + 3][sample]`, metres and N/m.
+    pub values: Vec<Vec<f64>>,
+}
+
+/// The robot's part cannot be shown.
+#[derive(Debug, thiserror::Error)]
+pub enum OperatorError {
+    /// The wearer.
+    #[error(transparent)]
+    Rig(#[from] RigError),
+    /// The simulated arm.
+    #[error(transparent)]
+    Teleoperation(#[from] TeleoperationError),
+}
+
+/// Lets a person do each action before the tracker and electrodes of `person`, then show the robot's part of each in a
+/// second pass before those of `operator`, and joins the two by the time since the action began.
+///
+/// The robot's position is where the simulated arm gets after the operator's tracked hand, its stiffness the operator's
+/// own as streamed, both interpolated to the times of the first pass.
+///
+/// # Errors
+/// [`OperatorError`]: the rig, or a hand that leads the arm out of its reach.
+pub fn teleoperated(
+    actions: &[Action],
+    person: &RigConfig,
+    operator: &RigConfig,
+) -> Result<Vec<Teleoperated>, OperatorError> {
+    let first = actions.iter().map(|&action| Task::Perform(action));
+    let human = sense(&first.collect::<Vec<_>>(), 0, person)?;
+    let mut rng = seeded(operator.seed, "operator");
+    let second = actions
+        .iter()
+        .map(|action| Task::Operate(Operation::sample(action, &mut rng)));
+    let shown = sense(&second.collect::<Vec<_>>(), 0, operator)?;
+    let mut arm = Teleoperation::new(&TeleoperationConfig::default())?;
+    let joined = human.iter().zip(&shown).map(|(human, shown)| {
+        let robot_m = follow(&mut arm, shown)?;
+        Ok(join(human, shown, &robot_m))
+    });
+    joined.collect()
+}
+
+/// Where the arm is at each instant of the operator's hand. Between them the hand is taken to move evenly.
+fn follow(arm: &mut Teleoperation, shown: &[Sensed]) -> Result<Vec<[f64; 3]>, TeleoperationError> {
+    let mut reached_m = Vec::with_capacity(shown.len());
+    let mut last: Option<&Sensed> = None;
+    for now in shown {
+        let to_m = wanted_m(now.hand_m);
+        let Some(before) = last.replace(now) else {
+            arm.reset(to_m)?;
+            reached_m.push(arm.tool_m());
+            continue;
+        };
+        let (from_m, gap_s) = (wanted_m(before.hand_m), now.t_s() - before.t_s());
+        let steps = (gap_s / CONTROL_S).ceil().max(1.0);
+        let mut step = 0.0;
+        while step < steps {
+            step += 1.0;
+            let wanted_m = between(from_m, to_m, step / steps);
+            arm.step(wanted_m, gap_s / steps)?;
+        }
+        reached_m.push(arm.tool_m());
+    }
+    Ok(reached_m)
+}
+
+/// The robot's series at the times of the person's.
+fn join(human: &[Sensed], shown: &[Sensed], robot_m: &[[f64; 3]]) -> Teleoperated {
+    let mut values = vec![Vec::with_capacity(human.len()); 12];
+    let mut t_s = Vec::with_capacity(human.len());
+    for now in human {
+        // Beyond its ends the second pass stands.
+        let next = shown.partition_point(|s| s.since_us < now.since_us);
+        let next = next.min(shown.len().saturating_sub(1));
+        let ends = [next.saturating_sub(1), next];
+        let (Some([before, after]), Some([before_m, after_m])) = (
+            all(ends.map(|end| shown.get(end))),
+            all(ends.map(|end| robot_m.get(end))),
+        ) else {
+            continue;
+        };
+        let gap_s = after.t_s() - before.t_s();
+        let way = if gap_s > 0.0 {
+            ((now.t_s() - before.t_s()) / gap_s).clamp(0.0, 1.0)
+        } else {
+            1.0
+        };
+        let robot_m = between(*before_m, *after_m, way);
+        let firm = between(before.n_per_m, after.n_per_m, way);
+        t_s.push(now.t_s());
+        let row = [now.hand_m, now.n_per_m, robot_m, firm].concat();
+        for (series, value) in values.iter_mut().zip(row) {
+            series.push(value);
+        }
+    }
+    Teleoperated { t_s, values }
+}
+
+fn all<T>(two: [Option<T>; 2]) -> Option<[T; 2]> {
+    let [first, second] = two;
+    Some([first?, second?])
+}
+
+fn between(from: [f64; 3], to: [f64; 3], way: f64) -> [f64; 3] {
+    std::array::from_fn(|axis| from[axis] + way * (to[axis] - from[axis]))
 }
 
 #[cfg(test)]

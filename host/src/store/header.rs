@@ -3,8 +3,9 @@
 use serde::{Deserialize, Serialize};
 use tonus_shared::promp::{Basis, BasisError, Family};
 
+use super::tensors::Numbers;
 use super::{ContentError, SCHEMA_VERSION};
-use crate::model::{Dof, Durations, Parts};
+use crate::model::{Dof, Durations, Fitted, Learner, Parts, Predictive, Shrinkage};
 
 /// Everything of a model but its matrices.
 #[derive(Serialize, Deserialize)]
@@ -17,8 +18,14 @@ pub(super) struct Header {
     basis: BasisHeader,
     pub(super) rank: usize,
     pub(super) labels: Vec<String>,
+    classes: Vec<String>,
     counts: Vec<u32>,
     durations: Vec<DurationsHeader>,
+    /// `null` for a Gaussian.
+    degrees_of_freedom: Vec<Option<f64>>,
+    predictive: Predictive,
+    learner: Learner,
+    pub(super) demonstrations: Vec<DemonstrationHeader>,
     ridge: f64,
     placement_m: f64,
     shrinkage: ShrinkageHeader,
@@ -46,6 +53,18 @@ struct DurationsHeader {
 struct ShrinkageHeader {
     pooled: f64,
     diagonal: f64,
+    /// Whether the shares were chosen by leave-one-out likelihood, and are chosen again with more demonstrations.
+    chosen: bool,
+}
+
+/// A demonstration that is kept.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct DemonstrationHeader {
+    label: String,
+    class: String,
+    duration_s: f64,
+    samples: u32,
 }
 
 /// The one field that every version has.
@@ -57,6 +76,13 @@ struct Versioned {
 impl Header {
     pub(super) fn of(parts: &Parts) -> Self {
         let functions = parts.basis.count();
+        let kept = parts.demonstrations.iter();
+        let kept = kept.map(|one| DemonstrationHeader {
+            label: one.label.clone(),
+            class: one.class.clone(),
+            duration_s: one.duration_s,
+            samples: one.samples,
+        });
         let durations = parts.durations.iter().map(|d| DurationsHeader {
             mean_s: d.mean_s,
             std_s: d.std_s,
@@ -74,13 +100,19 @@ impl Header {
             },
             rank: parts.rank,
             labels: parts.labels.clone(),
+            classes: parts.classes.clone(),
             counts: parts.counts.clone(),
             durations: durations.collect(),
+            degrees_of_freedom: parts.freedom.clone(),
+            predictive: parts.predictive,
+            learner: parts.learner,
+            demonstrations: kept.collect(),
             ridge: parts.ridge,
             placement_m: parts.placement_m,
             shrinkage: ShrinkageHeader {
                 pooled: parts.pooled_share,
                 diagonal: parts.diagonal_share,
+                chosen: parts.shrinkage == Shrinkage::LeaveOneOut,
             },
         }
     }
@@ -107,30 +139,72 @@ impl Header {
         }
     }
 
-    /// The parts, with empty matrices.
-    pub(super) fn parts(self, basis: Basis) -> Parts {
+    /// The parts, with the numbers of the tensors.
+    pub(super) fn parts(self, basis: Basis, numbers: Numbers) -> Parts {
         let durations = self.durations.into_iter().map(|d| Durations {
             mean_s: d.mean_s,
             std_s: d.std_s,
             min_s: d.min_s,
             max_s: d.max_s,
         });
+        let dofs = self.dofs.len();
+        // The shapes were checked: as many rows as demonstrations.
+        let rows = |list: &[f64], width: usize| -> Vec<Vec<f64>> {
+            let rows = list.chunks_exact(width.max(1));
+            rows.map(<[f64]>::to_vec).collect()
+        };
+        let weights = rows(&numbers.weights, dofs.saturating_mul(basis.count()));
+        let moments = rows(&numbers.means, dofs)
+            .into_iter()
+            .zip(rows(&numbers.squares, dofs));
+        let numbered = weights
+            .into_iter()
+            .zip(rows(&numbers.residuals, dofs))
+            .zip(moments);
+        let kept = self.demonstrations.into_iter().zip(numbered);
+        let kept = kept.map(
+            |(one, ((weights, residual_squares), (means, squares)))| Fitted {
+                label: one.label,
+                class: one.class,
+                duration_s: one.duration_s,
+                samples: one.samples,
+                weights,
+                residual_squares,
+                means,
+                squares,
+            },
+        );
+        let ShrinkageHeader {
+            pooled,
+            diagonal,
+            chosen,
+        } = self.shrinkage;
         Parts {
             dofs: self.dofs,
             basis,
             labels: self.labels,
+            classes: self.classes,
             counts: self.counts,
             durations: durations.collect(),
-            scale: Vec::new(),
+            freedom: self.degrees_of_freedom,
+            predictive: self.predictive,
+            learner: self.learner,
+            demonstrations: kept.collect(),
+            scale: numbers.scale,
             rank: self.rank,
-            loading: Vec::new(),
-            weight_means: Vec::new(),
-            roots: Vec::new(),
-            residual_variance: Vec::new(),
+            loading: numbers.loading,
+            weight_means: numbers.weight_means,
+            roots: numbers.roots,
+            residual_variance: numbers.residual_variance,
             ridge: self.ridge,
             placement_m: self.placement_m,
-            pooled_share: self.shrinkage.pooled,
-            diagonal_share: self.shrinkage.diagonal,
+            shrinkage: if chosen {
+                Shrinkage::LeaveOneOut
+            } else {
+                Shrinkage::Fixed { pooled, diagonal }
+            },
+            pooled_share: pooled,
+            diagonal_share: diagonal,
         }
     }
 }

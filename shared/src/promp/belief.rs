@@ -3,23 +3,22 @@
 use core::marker::PhantomData;
 
 use super::error::{ConditionError, ModelError, RowError};
-use super::latent::{Skill, dot};
+use super::evidence::{
+    self, COUNT, FREEDOM, HEADER, LOG_LIKELIHOOD, MAHALANOBIS, RESIDUAL, ROOT_FACTOR, SPREAD,
+};
+use super::latent::Skill;
+use super::linear::{combine, dot, subtract};
 use crate::Real;
 
-/// `ln(2 pi)`.
-const LN_TWO_PI: f64 = 1.837_877_066_409_345_5;
-
-/// Scalars ahead of the vectors in a belief's storage: log-likelihood, and the prepared update's
-/// log-likelihood, residual and root factor.
-const HEADER: usize = 4;
-
-/// Numbers that a belief of rank `rank` stores: `r^2 + 3 r + 4`.
+/// Numbers that a belief of rank `rank` stores: `r^2 + 2 r + 10`.
 #[must_use]
 pub const fn belief_len(rank: usize) -> usize {
-    rank * rank + 3 * rank + HEADER
+    rank * rank + 2 * rank + HEADER
 }
 
-/// What one observation told: how far it lay from the prediction, and how uncertain that was.
+/// What one observation told: how far it lay from the prediction, and how uncertain that was (in the
+/// Gaussian's metric: for a Student-t the prediction's variance was [`Belief::inflation`], as it was before the
+/// observation, times that).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Innovation<T> {
     /// Observed less predicted, in the observation's unit.
@@ -29,7 +28,9 @@ pub struct Innovation<T> {
 }
 
 /// A Gaussian over the latent `z`: mean, and square root `S` of the covariance `P = S S^T`, with the
-/// joint log-likelihood of all that was observed.
+/// joint log-likelihood of all that was observed. For a skill with degrees of freedom
+/// ([`Skill::with_freedom`]) the belief is a Student-t: same mean, covariance
+/// [`Belief::inflation`] times `S S^T`.
 ///
 /// `B` is storage of at least [`belief_len`] numbers: `[T; N]` on the chip, `Vec<T>` on the host,
 /// `&[T]` where a [`super::Mixture`] lends one of its own.
@@ -40,14 +41,20 @@ pub struct Belief<T, B> {
     scalar: PhantomData<T>,
 }
 
+/// What a belief says of the movement, for as long as its storage lives.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Posterior<'a, T> {
+    pub(super) mean: &'a [T],
+    pub(super) root: &'a [T],
+    pub(super) inflation: T,
+}
+
 /// The storage by its parts.
 struct Parts<'s, T> {
     header: &'s mut [T],
     mean: &'s mut [T],
-    /// `f = S^T a`, scratch.
+    /// `f = S^T a sqrt(alpha)`, scratch.
     projected: &'s mut [T],
-    /// `g = S f / (f^T f + R)`, scratch.
-    gain: &'s mut [T],
     root: &'s mut [T],
 }
 
@@ -68,10 +75,54 @@ impl<T: Real, B: AsRef<[T]>> Belief<T, B> {
     }
 
     /// Joint log-likelihood of all observations since the start, in nats (densities in the
-    /// observations' own units).
+    /// observations' own units): Gaussian, or of the Student-t whose degrees of freedom the skill states.
     #[must_use]
     pub fn log_likelihood(&self) -> T {
-        self.storage.as_ref()[0]
+        let header = self.storage.as_ref();
+        self.prior_freedom()
+            .map_or(header[LOG_LIKELIHOOD], |_| evidence::log_density(header))
+    }
+
+    /// How many numbers were observed since the start, `k` (a whole number).
+    #[must_use]
+    pub fn observations(&self) -> T {
+        self.storage.as_ref()[COUNT]
+    }
+
+    /// Squared Mahalanobis distance of all that was observed from what the skill expected, `m^2`: the sum
+    /// of every [`Innovation`]'s `residual^2 / variance`. Under a Gaussian skill, chi-square
+    /// of [`Belief::observations`] degrees of freedom.
+    #[must_use]
+    pub fn mahalanobis(&self) -> T {
+        self.storage.as_ref()[MAHALANOBIS]
+    }
+
+    /// What the covariance `S S^T` is to be multiplied by: `(nu - 2 + m^2) / (nu - 2 + k)` for a skill of
+    /// `nu` degrees of freedom, one for a Gaussian. [`Trajectory`](super::Trajectory)'s answers carry it.
+    #[must_use]
+    pub fn inflation(&self) -> T {
+        self.prior_freedom()
+            .map_or_else(T::one, |_| evidence::inflation(self.storage.as_ref()))
+    }
+
+    /// Degrees of freedom of what the belief now expects, `nu + k`; `None` for a Gaussian.
+    #[must_use]
+    pub fn freedom(&self) -> Option<T> {
+        Some(self.prior_freedom()? + self.observations())
+    }
+
+    fn prior_freedom(&self) -> Option<T> {
+        let freedom = self.storage.as_ref()[FREEDOM];
+        (freedom > T::zero()).then_some(freedom)
+    }
+
+    /// Mean, root and inflation.
+    pub(super) fn posterior(&self) -> Posterior<'_, T> {
+        Posterior {
+            mean: self.mean(),
+            root: self.root(),
+            inflation: self.inflation(),
+        }
     }
 
     /// Mean of `z`, `r`.
@@ -80,7 +131,8 @@ impl<T: Real, B: AsRef<[T]>> Belief<T, B> {
         mean_of(self.rank, self.storage.as_ref())
     }
 
-    /// Square root `S` of the covariance of `z`, `r x r` row-major (not triangular).
+    /// Square root `S` of the covariance of `z` before its [`Belief::inflation`], `r x r` row-major (not
+    /// triangular).
     #[must_use]
     pub fn root(&self) -> &[T] {
         root_of(self.rank, self.storage.as_ref())
@@ -88,12 +140,13 @@ impl<T: Real, B: AsRef<[T]>> Belief<T, B> {
 }
 
 impl<'s, T: Real> Belief<T, &'s [T]> {
-    /// Mean and root for as long as the storage lives, which may be longer than this view of it.
-    pub(super) fn lent(&self) -> (&'s [T], &'s [T]) {
-        (
-            mean_of(self.rank, self.storage),
-            root_of(self.rank, self.storage),
-        )
+    /// As [`Belief::posterior`], for as long as the storage lives, which may be longer than this view of it.
+    pub(super) fn lent(&self) -> Posterior<'s, T> {
+        Posterior {
+            mean: mean_of(self.rank, self.storage),
+            root: root_of(self.rank, self.storage),
+            inflation: self.inflation(),
+        }
     }
 }
 
@@ -102,7 +155,7 @@ fn mean_of<T>(rank: usize, storage: &[T]) -> &[T] {
 }
 
 fn root_of<T>(rank: usize, storage: &[T]) -> &[T] {
-    &storage[HEADER + 3 * rank..belief_len(rank)]
+    &storage[HEADER + 2 * rank..belief_len(rank)]
 }
 
 impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
@@ -146,17 +199,19 @@ impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
                 got: root.len(),
             });
         }
-        self.start(skill.root());
+        self.start(skill);
         Ok(())
     }
 
-    /// The prior with this root (`r x r`, `None` the identity), whatever the storage held.
-    pub(super) fn start(&mut self, root: Option<&[T]>) {
+    /// The prior of a skill of the same rank, whatever the storage held.
+    pub(super) fn start(&mut self, skill: &Skill<'_, T>) {
         let rank = self.rank;
         let parts = self.parts();
         parts.header.fill(T::zero());
+        parts.header[FREEDOM] = skill.freedom().unwrap_or_else(T::zero);
+        parts.header[SPREAD] = skill.spread();
         parts.mean.fill(T::zero());
-        match root {
+        match skill.root() {
             Some(root) => parts.root.copy_from_slice(root),
             None => {
                 parts.root.fill(T::zero());
@@ -173,6 +228,7 @@ impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
     /// f = S^T a    alpha = 1 / (f^T f + R)    g = alpha S f
     /// z += g (y - offset - a^T z)             S -= g f^T / (1 + sqrt(alpha R))
     /// ll -= (e^2 alpha - ln alpha + ln 2 pi) / 2,   e = y - offset - a^T z
+    /// m^2 += e^2 alpha                        ln det -= ln alpha
     /// ```
     ///
     /// `P` stays positive semi-definite whatever the rounding, and no matrix is inverted. Several
@@ -202,9 +258,10 @@ impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
     /// Everything of [`Belief::condition`] that can fail, into scratch: mean, root and log-likelihood
     /// are untouched until [`Belief::commit`].
     ///
-    /// The new root needs no check of its own. By Cauchy and Schwarz `|g_i f_j| <= |S_i|`, the norm of
-    /// row `i` of the root, whose square, the variance of `z_i`, no observation enlarges and was finite
-    /// when the skill was made; so each new entry is at most `2 |S_i|`, far inside the scalar.
+    /// `f` is kept in units that make its length at most one, `f sqrt(alpha)`, and `e` likewise. By Cauchy
+    /// and Schwarz `S f` then never exceeds the norm of its row of the root, whose square, the
+    /// variance of that coordinate, no observation enlarges and was finite when the skill was made; so neither
+    /// it nor the new root needs a check, and a bound on the mean is kept by adding up.
     pub(super) fn prepare(
         &mut self,
         a: &[T],
@@ -225,35 +282,24 @@ impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
             });
         }
         check_variance(variance)?;
-        let rank = self.rank;
         let parts = self.parts();
-        project(parts.root, a, parts.projected);
+        combine(parts.root, a, parts.projected);
         let innovation_variance = dot(parts.projected, parts.projected) + variance;
         let alpha = T::one() / innovation_variance;
+        let unit = alpha.sqrt();
+        for f in parts.projected.iter_mut() {
+            *f *= unit;
+        }
         let predicted = offset + dot(a, parts.mean);
         let residual = value - predicted;
-        let half = T::of(0.5);
-        let log_likelihood =
-            parts.header[0] - half * (residual * alpha * residual - alpha.ln() + T::of(LN_TWO_PI));
-        let mut finite = alpha > T::zero() && (log_likelihood + log_likelihood).is_finite();
-        for ((gain, line), mean) in parts
-            .gain
-            .iter_mut()
-            .zip(parts.root.chunks_exact(rank))
-            .zip(parts.mean.iter())
-        {
-            *gain = alpha * dot(line, parts.projected);
-            finite &= gain.is_finite() && (*mean + *gain * residual).is_finite();
-        }
-        if !finite {
+        let factor = T::one() / (T::one() + unit * variance.sqrt());
+        parts.header[RESIDUAL..].copy_from_slice(&[residual * unit, alpha.ln(), factor]);
+        if !(alpha > T::zero() && evidence::bounded(parts.header)) {
             return Err(ConditionError::Overflow {
                 value: value.widen(),
                 predicted: predicted.widen(),
             });
         }
-        parts.header[1] = log_likelihood;
-        parts.header[2] = residual;
-        parts.header[3] = T::one() / (T::one() + (alpha * variance).sqrt());
         Ok(Innovation {
             residual,
             variance: innovation_variance,
@@ -262,22 +308,18 @@ impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
 
     /// Makes the prepared update the belief. Cannot fail.
     pub(super) fn commit(&mut self) {
-        let rank = self.rank;
         let Parts {
             header,
             mean,
             projected,
-            gain,
             root,
         } = self.parts();
-        header[0] = header[1];
-        let (residual, factor) = (header[2], header[3]);
-        for ((line, gain), mean) in root.chunks_exact_mut(rank).zip(gain.iter()).zip(mean) {
-            *mean += *gain * residual;
-            let scaled = *gain * factor;
-            for (entry, f) in line.iter_mut().zip(projected.iter()) {
-                *entry -= scaled * *f;
-            }
+        evidence::accumulate(header);
+        let (residual, factor) = (header[RESIDUAL], header[ROOT_FACTOR]);
+        for (line, mean) in root.chunks_exact_mut(projected.len()).zip(mean) {
+            let gain = dot(line, projected);
+            *mean += gain * residual;
+            subtract(line, gain * factor, projected);
         }
     }
 
@@ -286,12 +328,10 @@ impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
         let (header, rest) = self.storage.as_mut().split_at_mut(HEADER);
         let (mean, rest) = rest.split_at_mut(rank);
         let (projected, rest) = rest.split_at_mut(rank);
-        let (gain, rest) = rest.split_at_mut(rank);
         Parts {
             header,
             mean,
             projected,
-            gain,
             root: &mut rest[..rank * rank],
         }
     }
@@ -307,12 +347,24 @@ pub(super) fn check_variance<T: Real>(variance: T) -> Result<(), ConditionError>
     })
 }
 
-/// `out = S^T a`, `S` square and row-major. `r^2` multiply-adds.
-pub(super) fn project<T: Real>(root: &[T], a: &[T], out: &mut [T]) {
-    out.fill(T::zero());
-    for (line, weight) in root.chunks_exact(a.len()).zip(a) {
-        for (sum, entry) in out.iter_mut().zip(line) {
-            *sum += *weight * *entry;
-        }
+impl<T: Real, B: AsRef<[T]>> Belief<T, B> {
+    /// The same belief in storage of its own, which is taken over: to plan from, while this one goes on observing.
+    ///
+    /// # Errors
+    /// Storage shorter than [`belief_len`].
+    pub fn copied<C: AsRef<[T]> + AsMut<[T]>>(
+        &self,
+        mut storage: C,
+    ) -> Result<Belief<T, C>, ModelError> {
+        let (needed, got) = (belief_len(self.rank), storage.as_ref().len());
+        let Some(room) = storage.as_mut().get_mut(..needed) else {
+            return Err(ModelError::Storage {
+                what: "the belief's storage",
+                needed,
+                got,
+            });
+        };
+        room.copy_from_slice(&self.storage.as_ref()[..needed]);
+        Ok(Belief::view(self.rank, storage))
     }
 }

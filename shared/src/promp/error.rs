@@ -83,6 +83,14 @@ pub enum ModelError {
         /// The variance.
         value: f64,
     },
+    /// Degrees of freedom at which a Student-t has no covariance.
+    #[error(
+        "{freedom} degrees of freedom leave a Student-t no covariance: give a finite number above 2"
+    )]
+    Freedom {
+        /// The degrees of freedom that were asked for.
+        freedom: f64,
+    },
     /// A root so large that the variance it stands for overflows the scalar.
     #[error(
         "row {row} of the root stands for a variance that the scalar cannot hold: rescale the loading"
@@ -90,6 +98,12 @@ pub enum ModelError {
     RootOverflow {
         /// The row of the root.
         row: usize,
+    },
+    /// A floor that every hypothesis would be below.
+    #[error("the floor is {floor_nats} nats below the best: give a positive number")]
+    Floor {
+        /// The floor, nats.
+        floor_nats: f64,
     },
 }
 

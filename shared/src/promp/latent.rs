@@ -2,68 +2,14 @@
 
 use super::basis::Basis;
 use super::error::{ModelError, RowError};
+use super::linear::{combine, dot};
+use super::row::{Order, Row, support, weighted};
 use crate::Real;
 
 /// Numbers in a loading of `dofs` DoFs, `basis` functions each, and `rank` columns.
 #[must_use]
 pub const fn loading_len(dofs: usize, basis: usize, rank: usize) -> usize {
     dofs * basis * rank
-}
-
-/// What of a DoF is observed or asked for.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Order<T> {
-    /// `y_d = psi(s)^T w_d`, in the DoF's own unit.
-    Position,
-    /// `dy_d/dt = psi'(s)^T w_d / duration`, in the DoF's unit per second.
-    Velocity {
-        /// How long the whole movement takes, seconds.
-        duration_s: T,
-    },
-}
-
-/// One DoF, its position or velocity, at one phase: a row of the observation matrix (eq. 13-16).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Row<T> {
-    /// Which DoF, from 0.
-    pub dof: usize,
-    /// Position or velocity.
-    pub order: Order<T>,
-    /// Phase of the movement; outside `[0, 1]` see [`Basis`].
-    pub phase: T,
-}
-
-impl<T> Row<T> {
-    /// The position of a DoF.
-    pub const fn position(dof: usize, phase: T) -> Self {
-        Self {
-            dof,
-            order: Order::Position,
-            phase,
-        }
-    }
-
-    /// The velocity of a DoF in a movement that takes `duration_s`.
-    pub const fn velocity(dof: usize, phase: T, duration_s: T) -> Self {
-        Self {
-            dof,
-            order: Order::Velocity { duration_s },
-            phase,
-        }
-    }
-}
-
-impl<T: Real> Row<T> {
-    /// `Ok` when what was computed for this row is finite.
-    pub(super) fn bounded(&self, finite: bool) -> Result<(), RowError> {
-        if finite {
-            return Ok(());
-        }
-        Err(RowError::Overflow {
-            dof: self.dof,
-            phase: self.phase.widen(),
-        })
-    }
 }
 
 /// The latent space `w = mu + L z` that all skills of a model share: a basis and a loading.
@@ -148,6 +94,31 @@ impl<'a, T: Real> Latent<'a, T> {
     /// No such DoF, phase not finite, duration not positive and finite, a buffer of the wrong length,
     /// a row that the scalar cannot hold.
     pub fn row(&self, row: &Row<T>, psi: &mut [T], a: &mut [T]) -> Result<(), RowError> {
+        self.functions(row, psi)?;
+        self.project(row, psi, a)
+    }
+
+    /// The first half of [`Latent::row`], which rows of one phase and order share: `psi`.
+    pub(super) fn functions(&self, row: &Row<T>, psi: &mut [T]) -> Result<(), RowError> {
+        match row.order {
+            Order::Position => self.basis.values(row.phase, psi),
+            Order::Velocity { duration_s } => {
+                if !(duration_s.is_finite() && duration_s > T::zero()) {
+                    return Err(RowError::Duration {
+                        duration_s: duration_s.widen(),
+                    });
+                }
+                self.basis.derivatives(row.phase, psi)?;
+                for value in psi.iter_mut() {
+                    *value /= duration_s;
+                }
+                Ok(())
+            }
+        }
+    }
+
+    /// The second half: `a`, from `psi`.
+    pub(super) fn project(&self, row: &Row<T>, psi: &[T], a: &mut [T]) -> Result<(), RowError> {
         if row.dof >= self.dofs {
             return Err(RowError::Dof {
                 dof: row.dof,
@@ -161,39 +132,26 @@ impl<'a, T: Real> Latent<'a, T> {
                 got: a.len(),
             });
         }
-        match row.order {
-            Order::Position => self.basis.values(row.phase, psi)?,
-            Order::Velocity { duration_s } => {
-                if !(duration_s.is_finite() && duration_s > T::zero()) {
-                    return Err(RowError::Duration {
-                        duration_s: duration_s.widen(),
-                    });
-                }
-                self.basis.derivatives(row.phase, psi)?;
-                for value in psi.iter_mut() {
-                    *value /= duration_s;
-                }
-            }
-        }
         let block = self.basis.count() * self.rank;
-        a.fill(T::zero());
         let loading = &self.loading[row.dof * block..(row.dof + 1) * block];
-        for (weight, line) in psi.iter().zip(loading.chunks_exact(self.rank)) {
-            for (sum, entry) in a.iter_mut().zip(line) {
-                *sum += *weight * *entry;
-            }
-        }
+        // A narrow basis is zero but for a few functions around the phase.
+        let some = support(psi);
+        let lines = &loading[some.start * self.rank..some.end * self.rank];
+        combine(lines, &psi[some], a);
         row.bounded(a.iter().all(|value| value.is_finite()))
     }
 }
 
-/// One skill: the Gaussian `w = mu + L z`, `z ~ N(0, P0)`, `P0 = root root^T`, and its prior.
+/// One skill: the Gaussian `w = mu + L z`, `z ~ N(0, P0)`, `P0 = root root^T`, and its prior; or, by
+/// [`Skill::with_freedom`], the Student-t of the same mean and covariance.
 #[derive(Clone, Copy, Debug)]
 pub struct Skill<'a, T> {
     weight_mean: &'a [T],
     root: Option<&'a [T]>,
     residual_variance: &'a [T],
     log_prior: T,
+    freedom: Option<T>,
+    spread: T,
 }
 
 impl<'a, T: Real> Skill<'a, T> {
@@ -217,11 +175,13 @@ impl<'a, T: Real> Skill<'a, T> {
         residual_variance: &'a [T],
         log_prior: T,
     ) -> Result<Self, ModelError> {
-        let skill = Self {
+        let mut skill = Self {
             weight_mean,
             root,
             residual_variance,
             log_prior,
+            freedom: None,
+            spread: T::one(),
         };
         skill.matches(latent)?;
         check_finite("the weight mean", weight_mean)?;
@@ -236,12 +196,37 @@ impl<'a, T: Real> Skill<'a, T> {
         }
         if let Some(root) = root {
             check_finite("the root", root)?;
-            let overflows = |line: &[T]| !dot(line, line).is_finite();
-            if let Some(row) = root.chunks_exact(latent.rank()).position(overflows) {
-                return Err(ModelError::RootOverflow { row });
+            skill.spread = T::zero();
+            for (row, line) in root.chunks_exact(latent.rank()).enumerate() {
+                let variance = dot(line, line);
+                if !variance.is_finite() {
+                    return Err(ModelError::RootOverflow { row });
+                }
+                skill.spread = skill.spread.max(variance.sqrt());
             }
         }
         Ok(skill)
+    }
+
+    /// The same skill with the tails of a few demonstrations: all its observations, noise included, are
+    /// jointly a multivariate Student-t of `degrees_of_freedom` with the Gaussian's mean and
+    /// covariance (its scale matrix is the covariance times `(nu - 2) / nu`). Means and prior variances
+    /// are as before; what changes is [`Belief::log_likelihood`](super::Belief::log_likelihood) and,
+    /// once something was observed, the posterior's variance
+    /// ([`Belief::inflation`](super::Belief::inflation)).
+    ///
+    /// # Errors
+    /// Degrees of freedom not finite or not above 2, below which there is no covariance.
+    pub fn with_freedom(self, degrees_of_freedom: T) -> Result<Self, ModelError> {
+        if degrees_of_freedom.is_finite() && degrees_of_freedom > T::of(2.0) {
+            return Ok(Self {
+                freedom: Some(degrees_of_freedom),
+                ..self
+            });
+        }
+        Err(ModelError::Freedom {
+            freedom: degrees_of_freedom.widen(),
+        })
     }
 
     /// Whether the skill has the shape of `latent`.
@@ -282,11 +267,18 @@ impl<'a, T: Real> Skill<'a, T> {
         self.log_prior
     }
 
+    /// Degrees of freedom `nu` of a Student-t, `None` for a Gaussian.
+    #[must_use]
+    pub const fn freedom(&self) -> Option<T> {
+        self.freedom
+    }
+
+    /// The largest standard deviation of a latent coordinate, which no observation enlarges.
+    pub(super) const fn spread(&self) -> T {
+        self.spread
+    }
+
     /// The row's value at `z = 0`: `psi^T mu_d`, with `psi` from [`Latent::row`]. `K` multiply-adds.
-    ///
-    /// Where the functions sum to one (their derivatives to zero) the sum is taken about the weight `c`
-    /// under the largest of them, `c + psi^T (mu_d - c)`: the rounding of `psi` and of the sum then falls
-    /// on small differences, which halves the error of `f32` after many observations.
     ///
     /// # Errors
     /// No such DoF.
@@ -297,24 +289,8 @@ impl<'a, T: Real> Skill<'a, T> {
             .chunks_exact(basis.count())
             .nth(row.dof)
             .ok_or(RowError::Dof { dof: row.dof, dofs })?;
-        if !basis.sums_to_one() {
-            return Ok(dot(psi, mean));
-        }
-        let pairs = || psi.iter().zip(mean);
-        let (_, center) = pairs().fold((T::zero(), T::zero()), |best, (value, weight)| {
-            if *value > best.0 {
-                (*value, *weight)
-            } else {
-                best
-            }
-        });
-        let sum = match row.order {
-            Order::Position => center,
-            Order::Velocity { .. } => T::zero(),
-        };
-        Ok(pairs().fold(T::zero(), |sum, (value, weight)| {
-            sum + *value * (*weight - center)
-        }) + sum)
+        let some = support(psi);
+        Ok(weighted(basis, row.order, &psi[some.clone()], &mean[some]))
     }
 
     /// What the skill adds to the noise of an observation of `row`: its residual variance for a
@@ -329,11 +305,6 @@ impl<'a, T: Real> Skill<'a, T> {
             Order::Velocity { .. } => T::zero(),
         }
     }
-}
-
-/// Inner product of two slices of one length.
-pub(super) fn dot<T: Real>(a: &[T], b: &[T]) -> T {
-    a.iter().zip(b).fold(T::zero(), |sum, (x, y)| sum + *x * *y)
 }
 
 fn check_len<T>(what: &'static str, slice: &[T], expected: usize) -> Result<(), ModelError> {

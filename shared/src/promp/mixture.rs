@@ -2,7 +2,8 @@
 
 use super::belief::{Belief, belief_len, check_variance};
 use super::error::{ConditionError, ModelError, RowError};
-use super::latent::{Latent, Row, Skill};
+use super::latent::{Latent, Skill};
+use super::row::{Order, Row};
 use super::trajectory::Trajectory;
 use crate::Real;
 
@@ -33,6 +34,8 @@ pub struct Observation<T> {
 pub struct Mixture<'a, T, B> {
     latent: Latent<'a, T>,
     skills: &'a [Skill<'a, T>],
+    /// The phase and order whose basis functions the scratch holds.
+    functions_of: Option<(T, Order<T>)>,
     storage: B,
 }
 
@@ -64,6 +67,7 @@ impl<'a, T: Real, B: AsRef<[T]> + AsMut<[T]>> Mixture<'a, T, B> {
         let mut mixture = Self {
             latent,
             skills,
+            functions_of: None,
             storage,
         };
         mixture.reset();
@@ -76,12 +80,13 @@ impl<'a, T: Real, B: AsRef<[T]> + AsMut<[T]>> Mixture<'a, T, B> {
         let skills = self.skills;
         let (_, _, blocks) = self.split();
         for (skill, block) in skills.iter().zip(blocks.chunks_exact_mut(belief_len(rank))) {
-            Belief::view(rank, block).start(skill.root());
+            Belief::view(rank, block).start(skill);
         }
     }
 
-    /// Conditions every skill on one observed number. The row is computed once. Cost for `Q` skills:
-    /// `K r + Q (K + 3 r^2)` multiply-adds and one basis; memory [`mixture_len`].
+    /// Conditions every skill on one observed number. The row is computed once, the basis once for all
+    /// observations that follow each other at one phase: give those of one instant together. Cost for
+    /// `Q` skills: `K r + Q (K + 3 r^2)` multiply-adds and one basis; memory [`mixture_len`].
     ///
     /// # Errors
     /// As [`Belief::condition`] and [`Latent::row`]. If any skill refuses, none changes.
@@ -94,8 +99,13 @@ impl<'a, T: Real, B: AsRef<[T]> + AsMut<[T]>> Mixture<'a, T, B> {
         // Before the skills' residuals are added, so that none hides a sensor variance that is wrong.
         check_variance(variance)?;
         let (latent, skills, rank) = (self.latent, self.skills, self.latent.rank());
+        let asked = Some((row.phase, row.order));
+        let known = asked == self.functions_of.take();
         let (psi, a, blocks) = self.split();
-        latent.row(&row, psi, a)?;
+        if !known {
+            latent.functions(&row, psi)?;
+        }
+        latent.project(&row, psi, a)?;
         for (skill, block) in skills.iter().zip(blocks.chunks_exact_mut(belief_len(rank))) {
             let offset = skill.offset(latent.basis(), &row, psi)?;
             let noise = variance + skill.residual(&row);
@@ -104,6 +114,7 @@ impl<'a, T: Real, B: AsRef<[T]> + AsMut<[T]>> Mixture<'a, T, B> {
         for block in blocks.chunks_exact_mut(belief_len(rank)) {
             Belief::view(rank, block).commit();
         }
+        self.functions_of = asked;
         Ok(())
     }
 
@@ -130,8 +141,12 @@ impl<'a, T: Real, B: AsRef<[T]> + AsMut<[T]>> Mixture<'a, T, B> {
     /// The movement of one skill under its belief, `None` for an index that is none.
     #[must_use]
     pub fn trajectory(&self, skill: usize) -> Option<Trajectory<'_, T>> {
-        let lent = self.belief(skill)?.lent();
-        Some(Trajectory::of(self.latent, *self.skills.get(skill)?, lent))
+        let posterior = self.belief(skill)?.lent();
+        Some(Trajectory::of(
+            self.latent,
+            *self.skills.get(skill)?,
+            posterior,
+        ))
     }
 
     /// Log prior plus joint log-likelihood of one skill, `None` for an index that is none.

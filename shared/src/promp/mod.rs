@@ -12,6 +12,7 @@
 //! | skill | a Gaussian over weights, learned from demonstrations (eq. 2) |
 //! | loading `L` | `D*K x r`: the `r` directions in which the demonstrations differ |
 //! | latent `z` | `r` coordinates along the loading: `w = mu + L z` |
+//! | freedom `nu` | degrees of freedom of a Student-t with the skill's mean and covariance; none: Gaussian |
 //! | belief | mean and square root `S` of the covariance `P = S S^T` of `z` after some observations |
 //! | row `a` | `L_d^T psi(s)`: how one observed number depends on `z` |
 //!
@@ -21,33 +22,48 @@
 //!
 //! # Rooms
 //!
-//! [`Basis`] -> [`Latent`] and [`Row`] -> [`Skill`] -> [`Belief`] -> [`Trajectory`], [`Mixture`].
+//! [`Basis`] -> [`Latent`] and [`Row`] -> [`Skill`] -> [`Belief`] -> [`Trajectory`], [`Mixture`]; [`Bank`] where
+//! duration and onset are not known.
 //! All skills of a [`Mixture`] share one loading, so the row is computed once for all of them; each
-//! has its own mean and its own initial root.
+//! has its own mean and its own initial root. [`via_point`], [`Bridge`] and [`Blend`] compose movements.
 //!
 //! # Memory
 //!
 //! Nothing here allocates: constants are borrowed slices (flash), state is storage that the caller
 //! hands over (an array on the chip, a vector on the host), at least as long as [`belief_len`],
-//! [`mixture_len`] or [`trajectory_scratch_len`] say. For `D = 12`, `K = 30`, `r = 29` in `f32`:
+//! [`mixture_len`], [`bank_len`] or [`trajectory_scratch_len`] say. For `D = 12`, `K = 30`, `r = 29` in `f32`:
 //!
 //! | | numbers | bytes |
 //! |---|---|---|
 //! | loading ([`loading_len`]) | `D*K*r` = 10440 | 41760 constant |
 //! | one skill's mean, root, residual | `D*K + r^2 + D` = 1213 | 4852 constant |
-//! | one belief | `r^2 + 3r + 4` = 932 | 3728 RAM |
+//! | one belief | `r^2 + 2r + 10` = 909 | 3636 RAM |
 //! | row scratch of a mixture | `K + r` = 59 | 236 RAM |
 
+mod bank;
 mod basis;
 mod belief;
+mod compose;
 mod error;
+mod evidence;
+mod hypothesis;
 mod latent;
+mod linear;
 mod mixture;
+mod novelty;
+mod row;
 mod trajectory;
 
+pub use bank::{Bank, BankError, Dropped, bank_len};
 pub use basis::{Basis, Family};
 pub use belief::{Belief, Innovation, belief_len};
+pub use compose::{
+    Active, Blend, Bridge, ComposeError, Signal, State, blend_len, hand_over, via_len, via_point,
+};
 pub use error::{BasisError, ConditionError, ModelError, RowError};
-pub use latent::{Latent, Order, Row, Skill, loading_len};
+pub use hypothesis::{Hypothesis, Observed};
+pub use latent::{Latent, Skill, loading_len};
 pub use mixture::{Mixture, Observation, mixture_len};
-pub use trajectory::{Moments, Trajectory, trajectory_scratch_len};
+pub use novelty::{Known, Novelty, Watch, WatchError, triangle_len, watch_len};
+pub use row::{Order, Quantity, Row};
+pub use trajectory::{Moments, Trajectory, curves_scratch_len, trajectory_scratch_len};

@@ -1,14 +1,22 @@
 //! What a belief says about the movement: mean, variance and covariance of any rows.
 
-use super::belief::{Belief, project};
+use super::belief::{Belief, Posterior};
 use super::error::{ModelError, RowError};
-use super::latent::{Latent, Row, Skill, dot};
+use super::latent::{Latent, Skill};
+use super::linear::{combine, dot};
+use super::row::{Order, Row, support, weighted};
 use crate::Real;
 
 /// Scratch that [`Trajectory`]'s questions need: `K + 3 r` numbers.
 #[must_use]
 pub const fn trajectory_scratch_len(basis: usize, rank: usize) -> usize {
     basis + 3 * rank
+}
+
+/// Scratch that [`Trajectory::curves`] needs for this many phases: `(phases + r + 1) K + r` numbers.
+#[must_use]
+pub const fn curves_scratch_len(phases: usize, basis: usize, rank: usize) -> usize {
+    (phases + rank + 1) * basis + rank
 }
 
 /// Mean and variance of one row.
@@ -30,6 +38,8 @@ pub struct Trajectory<'a, T> {
     mean: Option<&'a [T]>,
     /// `None` is the identity.
     root: Option<&'a [T]>,
+    /// Factor on every covariance, one for a Gaussian.
+    inflation: T,
 }
 
 impl<'a, T: Real> Trajectory<'a, T> {
@@ -44,6 +54,7 @@ impl<'a, T: Real> Trajectory<'a, T> {
             skill,
             mean: None,
             root: skill.root(),
+            inflation: T::one(),
         })
     }
 
@@ -64,21 +75,27 @@ impl<'a, T: Real> Trajectory<'a, T> {
                 got: belief.rank(),
             });
         }
-        Ok(Self::of(latent, skill, (belief.mean(), belief.root())))
+        Ok(Self::of(latent, skill, belief.posterior()))
     }
 
     /// As [`Trajectory::posterior`], shapes known to agree.
     pub(super) const fn of(
         latent: Latent<'a, T>,
         skill: Skill<'a, T>,
-        (mean, root): (&'a [T], &'a [T]),
+        posterior: Posterior<'a, T>,
     ) -> Self {
         Self {
             latent,
             skill,
-            mean: Some(mean),
-            root: Some(root),
+            mean: Some(posterior.mean),
+            root: Some(posterior.root),
+            inflation: posterior.inflation,
         }
+    }
+
+    /// Basis functions and latent dimensions, `(K, r)`.
+    pub(super) const fn shape(&self) -> (usize, usize) {
+        (self.latent.basis().count(), self.latent.rank())
     }
 
     /// Mean and variance of a row. Cost: `K r + r^2` multiply-adds and the basis. `scratch` is at least
@@ -89,9 +106,88 @@ impl<'a, T: Real> Trajectory<'a, T> {
     pub fn moments(&self, row: &Row<T>, scratch: &mut [T]) -> Result<Moments<T>, RowError> {
         let [psi, a, f, _] = self.split(scratch)?;
         let mean = self.project(row, psi, a, f)?;
-        let variance = dot(f, f);
+        let variance = self.inflation * dot(f, f);
         row.bounded(mean.is_finite() && variance.is_finite())?;
         Ok(Moments { mean, variance })
+    }
+
+    /// Mean and variance of every DoF at every one of `phases`, DoF by DoF: `out[d * phases.len() + i]`, as
+    /// [`Trajectory::moments`] gives them but for rounding. The basis is evaluated once for each phase
+    /// and the root multiplied once for each DoF: `D K r (r + 1)` multiply-adds, and at most `K (r + 1) + r` more for
+    /// each number. `scratch` is at least [`curves_scratch_len`] long.
+    ///
+    /// # Errors
+    /// A phase or duration as in [`Latent::row`]; `out` of another length, scratch too short; a result that
+    /// the scalar cannot hold.
+    pub fn curves(
+        &self,
+        order: Order<T>,
+        phases: &[T],
+        scratch: &mut [T],
+        out: &mut [Moments<T>],
+    ) -> Result<(), RowError> {
+        let (dofs, rank) = (self.latent.dofs(), self.latent.rank());
+        let basis = self.latent.basis();
+        let count = basis.count();
+        check_buffer(
+            "moments",
+            out.len() == dofs * phases.len(),
+            dofs * phases.len(),
+            out.len(),
+        )?;
+        let needed = curves_scratch_len(phases.len(), count, rank);
+        check_buffer(
+            "curves scratch",
+            scratch.len() >= needed,
+            needed,
+            scratch.len(),
+        )?;
+        let (functions, rest) = scratch.split_at_mut(phases.len() * count);
+        let (rooted, rest) = rest.split_at_mut(count * rank);
+        let (weights, rest) = rest.split_at_mut(count);
+        let f = &mut rest[..rank];
+        for (psi, &phase) in functions.chunks_exact_mut(count).zip(phases) {
+            let dof = 0;
+            self.latent.functions(&Row { dof, order, phase }, psi)?;
+        }
+        if phases.is_empty() {
+            return Ok(());
+        }
+        for (dof, out) in out.chunks_exact_mut(phases.len()).enumerate() {
+            self.of_dof(dof, rooted, weights);
+            let each = functions.chunks_exact(count).zip(phases).zip(out);
+            for ((psi, &phase), out) in each {
+                let some = support(psi);
+                let lines = &rooted[some.start * rank..some.end * rank];
+                combine(lines, &psi[some.clone()], f);
+                *out = Moments {
+                    mean: weighted(basis, order, &psi[some.clone()], &weights[some]),
+                    variance: self.inflation * dot(f, f),
+                };
+                let row = Row { dof, order, phase };
+                row.bounded(out.mean.is_finite() && out.variance.is_finite())?;
+            }
+        }
+        Ok(())
+    }
+
+    /// `L_d S` and the mean weights of one DoF.
+    fn of_dof(&self, dof: usize, rooted: &mut [T], weights: &mut [T]) {
+        let (count, rank) = (weights.len(), self.latent.rank());
+        let loading = &self.latent.loading()[dof * count * rank..(dof + 1) * count * rank];
+        weights.copy_from_slice(&self.skill.weight_mean()[dof * count..(dof + 1) * count]);
+        let lines = loading
+            .chunks_exact(rank)
+            .zip(rooted.chunks_exact_mut(rank));
+        for ((line, rooted), weight) in lines.zip(weights) {
+            match self.root {
+                Some(root) => combine(root, line, rooted),
+                None => rooted.copy_from_slice(line),
+            }
+            if let Some(z) = self.mean {
+                *weight += dot(line, z);
+            }
+        }
     }
 
     /// Covariance between two rows: of two DoFs, two phases, a position and a velocity. In the product
@@ -109,7 +205,7 @@ impl<'a, T: Real> Trajectory<'a, T> {
         let [psi, a, f, g] = self.split(scratch)?;
         self.project(one, psi, a, f)?;
         self.project(other, psi, a, g)?;
-        let covariance = dot(f, g);
+        let covariance = self.inflation * dot(f, g);
         one.bounded(covariance.is_finite())?;
         Ok(covariance)
     }
@@ -119,13 +215,8 @@ impl<'a, T: Real> Trajectory<'a, T> {
     /// # Errors
     /// `out` of another length.
     pub fn weight_mean(&self, out: &mut [T]) -> Result<(), RowError> {
-        if out.len() != self.latent.weights() {
-            return Err(RowError::Buffer {
-                what: "weight mean",
-                expected: self.latent.weights(),
-                got: out.len(),
-            });
-        }
+        let expected = self.latent.weights();
+        check_buffer("weight mean", out.len() == expected, expected, out.len())?;
         out.copy_from_slice(self.skill.weight_mean());
         if let Some(z) = self.mean {
             let lines = self.latent.loading().chunks_exact(self.latent.rank());
@@ -146,7 +237,7 @@ impl<'a, T: Real> Trajectory<'a, T> {
     ) -> Result<T, RowError> {
         self.latent.row(row, psi, a)?;
         match self.root {
-            Some(root) => project(root, a, f),
+            Some(root) => combine(root, a, f),
             None => f.copy_from_slice(a),
         }
         let offset = self.skill.offset(self.latent.basis(), row, psi)?;
@@ -156,16 +247,31 @@ impl<'a, T: Real> Trajectory<'a, T> {
     fn split<'s>(&self, scratch: &'s mut [T]) -> Result<[&'s mut [T]; 4], RowError> {
         let (basis, rank) = (self.latent.basis().count(), self.latent.rank());
         let expected = trajectory_scratch_len(basis, rank);
-        if scratch.len() < expected {
-            return Err(RowError::Buffer {
-                what: "trajectory scratch",
-                expected,
-                got: scratch.len(),
-            });
-        }
+        check_buffer(
+            "trajectory scratch",
+            scratch.len() >= expected,
+            expected,
+            scratch.len(),
+        )?;
         let (psi, rest) = scratch.split_at_mut(basis);
         let (a, rest) = rest.split_at_mut(rank);
         let (f, rest) = rest.split_at_mut(rank);
         Ok([psi, a, f, &mut rest[..rank]])
     }
+}
+
+fn check_buffer(
+    what: &'static str,
+    fits: bool,
+    expected: usize,
+    got: usize,
+) -> Result<(), RowError> {
+    if fits {
+        return Ok(());
+    }
+    Err(RowError::Buffer {
+        what,
+        expected,
+        got,
+    })
 }

@@ -29,7 +29,7 @@ pub(super) fn write(folder: &Path) {
     file("length.model", &[&[255_u8; 8], &good[8..]].concat());
     file(
         "version.model",
-        &with_header(&good, r#"schema_version\":1"#, r#"schema_version\":2"#),
+        &with_header(&good, r#"schema_version\":2"#, r#"schema_version\":1"#),
     );
     file("label.model", &with_header(&good, "lift", "lies"));
     file(
@@ -98,7 +98,7 @@ pub(super) const CASES: &[Case] = &[
     ),
     data(
         "eval version.model good.csv",
-        &["version.model: schema version 2, this program reads 1"],
+        &["version.model: schema version 1, this program reads 2: train the model again"],
     ),
     data(
         "eval field.model good.csv",
@@ -114,7 +114,7 @@ pub(super) const CASES: &[Case] = &[
     ),
     data(
         "eval type.model good.csv",
-        &["type.model: tensor `loading` is I64"],
+        &["type.model: tensor `demonstration_mean` is I64"],
     ),
     data(
         "eval other.model good.csv",
@@ -131,6 +131,10 @@ pub(super) const CASES: &[Case] = &[
     data(
         "info flipped.model",
         &["flipped.model: damaged: its checksum is"],
+    ),
+    data(
+        "train good.csv --add-to cut.model -o out",
+        &["cut.model: not a whole safetensors file"],
     ),
     data("info none.model", &["none.model: cannot be read"]),
     data("info folder.model", &["folder.model: cannot be read"]),

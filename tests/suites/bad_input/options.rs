@@ -8,6 +8,10 @@ pub(super) const CASES: &[Case] = &[
         "train good.csv -o out --speed 9",
         &["unexpected argument '--speed'"],
     ),
+    usage(
+        "train good.csv --add-to good.safetensors --ridge 0.1 -o out",
+        &["'--add-to <MODEL>' cannot be used with"],
+    ),
     usage("train -o out", &["required", "DEMOS.csv"]),
     usage("train good.csv", &["required", "--output"]),
     usage(

@@ -30,6 +30,7 @@ struct Shape {
     basis: Basis,
     dofs: usize,
     rank: usize,
+    freedom: Option<f64>,
     numbers: Vec<f64>,
 }
 
@@ -42,10 +43,13 @@ fn shape() -> impl Strategy<Value = Shape> {
     (basis, 1..4_usize, 1..5_usize).prop_flat_map(|(basis, dofs, rank)| {
         let weights = dofs * basis.count();
         let count = weights * rank + 2 * weights + rank * rank + dofs;
-        prop::collection::vec(model_number(), count).prop_map(move |numbers| Shape {
+        let freedom = prop::option::of(prop_oneof![2.000_001..2.1, 2.1..40.0]);
+        let numbers = prop::collection::vec(model_number(), count);
+        (numbers, freedom).prop_map(move |(numbers, freedom)| Shape {
             basis,
             dofs,
             rank,
+            freedom,
             numbers,
         })
     })
@@ -68,6 +72,7 @@ fn snapshot<T: Real>(mixture: &Mixture<'_, T, Vec<T>>) -> Vec<u64> {
         all.extend(belief.mean().iter().map(|v| v.widen().to_bits()));
         all.extend(belief.root().iter().map(|v| v.widen().to_bits()));
         all.push(belief.log_likelihood().widen().to_bits());
+        all.push(belief.inflation().widen().to_bits());
     }
     all
 }
@@ -121,9 +126,12 @@ fn throw<T: Real>(
     let (root, residual) = rest.split_at(shape.rank * shape.rank);
     let residual: Vec<T> = residual.iter().map(|v| v.abs()).collect();
     let latent = Latent::new(shape.basis, shape.dofs, shape.rank, loading).unwrap();
+    let other = Skill::new(&latent, &means[weights..], Some(root), &residual, T::one()).unwrap();
     let skills = [
         Skill::new(&latent, &means[..weights], None, &residual, T::zero()).unwrap(),
-        Skill::new(&latent, &means[weights..], Some(root), &residual, T::one()).unwrap(),
+        shape
+            .freedom
+            .map_or(other, |freedom| other.with_freedom(T::of(freedom)).unwrap()),
     ];
     let storage = vec![T::zero(); mixture_len(2, shape.basis.count(), shape.rank)];
     let mut mixture = Mixture::new(latent, &skills, storage).unwrap();

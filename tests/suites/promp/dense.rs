@@ -5,22 +5,22 @@ use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tonus_shared::promp::{
-    Basis, Latent, Mixture, Moments, Observation, Order, Row, Skill, Trajectory, mixture_len,
-    trajectory_scratch_len,
+    Basis, Latent, Mixture, Moments, Observation, Order, Row, RowError, Skill, Trajectory,
+    curves_scratch_len, mixture_len, trajectory_scratch_len,
 };
 
 const DOFS: usize = 3;
-const BASIS: usize = 7;
-const RANK: usize = 5;
-const DURATION_S: f64 = 1.7;
+pub(crate) const BASIS: usize = 7;
+pub(crate) const RANK: usize = 5;
+pub(crate) const DURATION_S: f64 = 1.7;
 
-struct Problem {
-    basis: Basis,
+pub(crate) struct Problem {
+    pub(crate) basis: Basis,
     loading: Vec<f64>,
     mean: Vec<f64>,
     root: Vec<f64>,
     residual: [f64; DOFS],
-    observations: Vec<Observation<f64>>,
+    pub(crate) observations: Vec<Observation<f64>>,
 }
 
 impl Problem {
@@ -56,11 +56,11 @@ impl Problem {
         }
     }
 
-    fn latent(&self) -> Latent<'_, f64> {
+    pub(crate) fn latent(&self) -> Latent<'_, f64> {
         Latent::new(self.basis, DOFS, RANK, &self.loading).unwrap()
     }
 
-    fn skill(&self) -> Skill<'_, f64> {
+    pub(crate) fn skill(&self) -> Skill<'_, f64> {
         Skill::new(
             &self.latent(),
             &self.mean,
@@ -72,7 +72,7 @@ impl Problem {
     }
 
     /// The observation matrix's row in weight space.
-    fn weights_row(&self, row: &Row<f64>) -> DVector<f64> {
+    pub(crate) fn weights_row(&self, row: &Row<f64>) -> DVector<f64> {
         let mut psi = vec![0.0; BASIS];
         match row.order {
             Order::Position => self.basis.values(row.phase, &mut psi).unwrap(),
@@ -86,16 +86,40 @@ impl Problem {
         dense
     }
 
-    fn prior(&self) -> (DVector<f64>, DMatrix<f64>) {
+    pub(crate) fn prior(&self) -> (DVector<f64>, DMatrix<f64>) {
         let loading = DMatrix::from_row_slice(DOFS * BASIS, RANK, &self.loading);
         let root = loading * DMatrix::from_row_slice(RANK, RANK, &self.root);
         let covariance = &root * root.transpose();
         (DVector::from_column_slice(&self.mean), covariance)
     }
 
-    fn observe(&self, order: impl Iterator<Item = usize>) -> Mixtures<'_> {
+    /// The observation matrix, the noise and the values of all observations.
+    pub(crate) fn system(&self) -> (DMatrix<f64>, DMatrix<f64>, DVector<f64>) {
+        let count = self.observations.len();
+        let mut h = DMatrix::zeros(count, DOFS * BASIS);
+        let mut noise = DMatrix::zeros(count, count);
+        let mut y = DVector::zeros(count);
+        for (i, seen) in self.observations.iter().enumerate() {
+            h.set_row(i, &self.weights_row(&seen.row).transpose());
+            let position = seen.row.order == Order::Position;
+            let residual = if position {
+                self.residual[seen.row.dof]
+            } else {
+                0.0
+            };
+            noise[(i, i)] = seen.variance + residual;
+            y[i] = seen.value;
+        }
+        (h, noise, y)
+    }
+
+    pub(crate) fn observe<'a>(
+        &'a self,
+        skill: Skill<'a, f64>,
+        order: impl Iterator<Item = usize>,
+    ) -> Mixtures<'a> {
         // Leaked: a test's skill outlives its mixture.
-        let skills = Box::leak(Box::new([self.skill()]));
+        let skills = Box::leak(Box::new([skill]));
         let storage = vec![f64::NAN; mixture_len(1, BASIS, RANK)];
         let mut mixture = Mixture::new(self.latent(), skills, storage).unwrap();
         for i in order {
@@ -105,9 +129,9 @@ impl Problem {
     }
 }
 
-type Mixtures<'a> = Mixture<'a, f64, Vec<f64>>;
+pub(crate) type Mixtures<'a> = Mixture<'a, f64, Vec<f64>>;
 
-fn problems() -> Vec<Problem> {
+pub(crate) fn problems() -> Vec<Problem> {
     let bases = [
         Basis::gaussian(BASIS).unwrap(),
         Basis::fourier(BASIS).unwrap(),
@@ -118,7 +142,7 @@ fn problems() -> Vec<Problem> {
         .collect()
 }
 
-fn questions() -> Vec<Row<f64>> {
+pub(crate) fn questions() -> Vec<Row<f64>> {
     (0..DOFS)
         .flat_map(|dof| {
             [0.0, 0.31, 1.0].into_iter().flat_map(move |phase| {
@@ -144,27 +168,14 @@ fn posterior_equals_the_batch_formula() {
     for problem in problems() {
         let (mean, covariance) = problem.prior();
         let count = problem.observations.len();
-        let mut h = DMatrix::zeros(count, DOFS * BASIS);
-        let mut noise = DMatrix::zeros(count, count);
-        let mut y = DVector::zeros(count);
-        for (i, seen) in problem.observations.iter().enumerate() {
-            h.set_row(i, &problem.weights_row(&seen.row).transpose());
-            let position = seen.row.order == Order::Position;
-            let residual = if position {
-                problem.residual[seen.row.dof]
-            } else {
-                0.0
-            };
-            noise[(i, i)] = seen.variance + residual;
-            y[i] = seen.value;
-        }
+        let (h, noise, y) = problem.system();
         let s = &h * &covariance * h.transpose() + noise;
         let gain = &covariance * h.transpose() * s.clone().try_inverse().unwrap();
         let innovation = y - &h * &mean;
         let after_mean = &mean + &gain * &innovation;
         let after_covariance = &covariance - &gain * &h * &covariance;
 
-        let mixture = problem.observe(0..count);
+        let mixture = problem.observe(problem.skill(), 0..count);
         let cholesky = s.cholesky().unwrap();
         let log_density = -0.5 * innovation.dot(&cholesky.solve(&innovation))
             - cholesky.l().diagonal().map(f64::ln).sum()
@@ -214,8 +225,8 @@ fn check(
 fn order_of_observations_does_not_matter() {
     for problem in problems() {
         let count = problem.observations.len();
-        let forward = problem.observe(0..count);
-        let shuffled = problem.observe((0..count).map(|i| (i * 5 + 3) % count));
+        let forward = problem.observe(problem.skill(), 0..count);
+        let shuffled = problem.observe(problem.skill(), (0..count).map(|i| (i * 5 + 3) % count));
         let (a, b) = (
             forward.log_joint(0).unwrap(),
             shuffled.log_joint(0).unwrap(),
@@ -238,7 +249,7 @@ fn order_of_observations_does_not_matter() {
 fn velocity_is_the_slope_of_position_in_time() {
     const STEP: f64 = 1e-5;
     for problem in problems() {
-        let mixture = problem.observe(0..problem.observations.len());
+        let mixture = problem.observe(problem.skill(), 0..problem.observations.len());
         let trajectory = mixture.trajectory(0).unwrap();
         let mut scratch = vec![0.0; trajectory_scratch_len(BASIS, RANK)];
         for dof in 0..DOFS {
@@ -251,5 +262,72 @@ fn velocity_is_the_slope_of_position_in_time() {
                 assert!((velocity - slope).abs() < 1e-6 * velocity.abs().max(10.0));
             }
         }
+    }
+}
+
+/// All at once is one by one.
+#[test]
+fn curves_are_the_moments_of_every_row() {
+    let phases = [-0.3, 0.0, 0.21, 0.5, 0.83, 1.0, 1.4];
+    for problem in problems() {
+        let mixture = problem.observe(problem.skill().with_freedom(5.0).unwrap(), 0..7);
+        let posterior = mixture.trajectory(0).unwrap();
+        let prior = Trajectory::prior(problem.latent(), problem.skill()).unwrap();
+        let mut scratch = vec![f64::NAN; curves_scratch_len(phases.len(), BASIS, RANK)];
+        let mut one = vec![0.0; trajectory_scratch_len(BASIS, RANK)];
+        for trajectory in [&prior, &posterior] {
+            for order in [
+                Order::Position,
+                Order::Velocity {
+                    duration_s: DURATION_S,
+                },
+            ] {
+                let nothing = Moments {
+                    mean: f64::NAN,
+                    variance: f64::NAN,
+                };
+                let mut all = vec![nothing; DOFS * phases.len()];
+                trajectory
+                    .curves(order, &phases, &mut scratch, &mut all)
+                    .unwrap();
+                for (i, got) in all.iter().enumerate() {
+                    let (dof, phase) = (i / phases.len(), phases[i % phases.len()]);
+                    let row = Row { dof, order, phase };
+                    let expected = trajectory.moments(&row, &mut one).unwrap();
+                    near(
+                        got.mean,
+                        expected.mean,
+                        expected.mean.abs().max(10.0) * 1e-3,
+                    );
+                    near(
+                        got.variance,
+                        expected.variance,
+                        expected.variance.max(1.0) * 1e-3,
+                    );
+                }
+            }
+        }
+        let mut short = vec![
+            Moments {
+                mean: 0.0,
+                variance: 0.0
+            };
+            DOFS * phases.len() - 1
+        ];
+        let refused = prior.curves(Order::Position, &phases, &mut scratch, &mut short);
+        assert!(refused.unwrap_err().to_string().contains("21"));
+        assert_eq!(
+            prior.curves(Order::Position, &[], &mut scratch, &mut []),
+            Ok(())
+        );
+        let refused = prior.curves(
+            Order::Position,
+            &[f64::NAN],
+            &mut scratch,
+            &mut short[..DOFS],
+        );
+        assert!(matches!(refused, Err(RowError::Phase { .. })));
+        let refused = prior.curves(Order::Position, &phases, &mut scratch[1..], &mut []);
+        assert!(refused.is_err());
     }
 }

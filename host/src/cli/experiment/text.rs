@@ -19,6 +19,9 @@ pub(super) fn tables(document: &Value) -> String {
     if let Some(found) = document.get("pick_and_place") {
         pick_and_place(&mut out, found);
     }
+    if let Some(found) = document.get("baselines") {
+        super::methods::tables(&mut out, found);
+    }
     for found in items(document, "recordings") {
         recording(&mut out, found);
     }

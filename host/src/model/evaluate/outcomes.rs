@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::model::Dof;
+use crate::model::calibration::{CalibrationError, Forecast};
 
 /// What came of one demonstration.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,11 +14,25 @@ pub struct Outcome {
     pub recognised: String,
     /// Natural logarithm of the probability that the model gave its own label.
     pub log_probability: f64,
+    /// Index of its own label in `log_posterior`.
+    pub performed: usize,
+    /// Log probability of each of the model's classes.
+    pub log_posterior: Vec<f64>,
     /// Sum over the unobserved samples of the squared error of the recognised skill's prediction, per DoF, in its
     /// unit squared.
     pub squared_error: Vec<f64>,
     /// How many samples that is.
     pub unobserved: usize,
+}
+
+impl Outcome {
+    /// For [`crate::model::calibration`].
+    ///
+    /// # Errors
+    /// None for an outcome of an evaluation, whose posterior is normalised.
+    pub fn forecast(&self) -> Result<Forecast, CalibrationError> {
+        Forecast::new(self.log_posterior.clone(), self.performed)
+    }
 }
 
 /// Outcomes, added up.

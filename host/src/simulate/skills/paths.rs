@@ -87,18 +87,18 @@ pub(super) const PULL: [Term; SHAPES] = [
     term(Shape::Bow(0.20, 0.70), [0.0; 3], [0.004, 0.004, 0.002]),
 ];
 /// Where the object may lie: middle of the circle, metres, and half its radius (the standard deviation on each axis).
-const CIRCLE_M: [f64; 3] = [0.43, 0.08, -0.28];
+const CIRCLE_M: [f64; 3] = [0.40, 0.06, -0.28];
 const HALF_RADIUS_M: f64 = 0.035;
-const OBJECT_SD_M: [f64; 3] = [HALF_RADIUS_M, HALF_RADIUS_M, 0.003];
+const OBJECT_SD_M: [f64; 3] = [HALF_RADIUS_M, HALF_RADIUS_M, 0.004];
 /// Where the empty hand starts, where the object is taken to, and where it is put down, metres.
-const EMPTY_M: [f64; 3] = [0.25, -0.12, -0.30];
-const RAISED_M: [f64; 3] = [0.28, 0.14, -0.14];
-const PUT_DOWN_M: [f64; 3] = [0.43, -0.10, -0.28];
+const EMPTY_M: [f64; 3] = [0.30, -0.06, -0.28];
+const RAISED_M: [f64; 3] = [0.33, 0.08, -0.22];
+const PUT_DOWN_M: [f64; 3] = [0.39, -0.06, -0.27];
 /// How exactly a hand comes back to such a place.
-const PLACE_SD_M: [f64; 3] = [0.010, 0.010, 0.010];
-/// Bows of the three paths, which bring them together in the middle: about (0.36, 0.02, -0.21) half-way.
-const BOW_SD_M: [f64; 3] = [0.012, 0.012, 0.012];
-const WOBBLE_SD_M: [f64; 3] = [0.008, 0.008, 0.008];
+const PLACE_SD_M: [f64; 3] = [0.015, 0.015, 0.010];
+/// Bows of the three paths, which bring them together in the middle: about (0.36, 0.01, -0.25) half-way.
+const BOW_SD_M: [f64; 3] = [0.015, 0.015, 0.015];
+const WOBBLE_SD_M: [f64; 3] = [0.010, 0.010, 0.010];
 
 const fn between(
     from: ([f64; 3], [f64; 3]),
@@ -116,16 +116,16 @@ const fn between(
 
 pub(super) const REACH: [Term; SHAPES] = between(
     (EMPTY_M, PLACE_SD_M),
-    [0.02, 0.04, 0.08],
+    [0.01, 0.01, 0.03],
     (CIRCLE_M, OBJECT_SD_M),
 );
 pub(super) const PICK: [Term; SHAPES] = between(
     (CIRCLE_M, OBJECT_SD_M),
-    [0.005, -0.09, 0.0],
+    [-0.005, -0.06, 0.0],
     (RAISED_M, PLACE_SD_M),
 );
 pub(super) const PLACE: [Term; SHAPES] = between(
     (RAISED_M, PLACE_SD_M),
-    [0.005, 0.0, 0.0],
+    [0.0, 0.0, -0.005],
     (PUT_DOWN_M, PLACE_SD_M),
 );

@@ -1,0 +1,472 @@
+//! The novelty gate: is a movement any skill of the library, and which is nearest?
+//!
+//! [`tonus_shared::promp::Watch`] judges (small enough for the chip); here the gate is learnt from
+//! demonstrations alone. Each is left out in turn (its whole trial, where trials are): what the
+//! others find surprising about it is how surprising the known are, and the threshold is the quantile of that. Nothing is
+//! assumed of the distribution: chi-square is wrong for ten demonstrations, whose covariance is itself a guess.
+//!
+//! How much one performance may differ from another ([`GateSettings`]) is chosen so that the gate tells apart what is
+//! *in* the library: each demonstration is also judged as if its own class were not there, which is what a
+//! movement from outside is like. Of those that do it about equally well the one is taken that compares most locally and
+//! is least impressed by single odd moments: outside the library lies more than what the library can show.
+
+mod kernel;
+mod leave_out;
+mod stream;
+
+pub use kernel::GateSettings;
+pub use stream::{GateStream, StreamError};
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use nalgebra::DMatrix;
+use tonus_shared::promp::{Known, ModelError, Novelty, Watch, WatchError, watch_len};
+
+use self::kernel::Kernels;
+use self::leave_out::LeftOut;
+use super::first_part::FirstPart;
+use super::{Dof, NotPositive, Valid};
+use crate::demonstration::Demonstration;
+
+/// Leaving one out must leave a spread.
+const LEAST_PER_CLASS: usize = 3;
+
+/// What a gate looks at, and how often it may be wrong.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GateConfig {
+    /// The DoFs that are observed, indices into the model's: the person's, not those of a robot to be inferred.
+    pub dofs: Vec<usize>,
+    /// How many times each is observed, equally spaced from the start, at least 1.
+    pub observations: usize,
+    /// The first part of the movement that they span, above 0, at most 1.
+    pub fraction: f64,
+    /// Share of known movements that may be called unknown, above 0 and below 1.
+    pub false_alarm_rate: f64,
+}
+
+impl GateConfig {
+    /// All of `count` DoFs, ten times over the whole movement, 2 % false alarms.
+    #[must_use]
+    pub fn of(count: usize) -> Self {
+        Self {
+            dofs: (0..count).collect(),
+            observations: 10,
+            fraction: 1.0,
+            false_alarm_rate: 0.02,
+        }
+    }
+
+    fn phases(&self) -> Vec<f64> {
+        let last = self.observations.saturating_sub(1).max(1) as f64;
+        let first = if self.observations == 1 { 1.0 } else { 0.0 };
+        (0..self.observations)
+            .map(|step| self.fraction * (first + step as f64 / last).min(1.0))
+            .collect()
+    }
+}
+
+/// Why there is no gate, or no answer of it.
+#[derive(Debug, thiserror::Error)]
+pub enum GateError {
+    /// A number of the configuration outside its range.
+    #[error("{what} is {value}: give {range}")]
+    Config {
+        /// Which number.
+        what: &'static str,
+        /// The number.
+        value: f64,
+        /// What it may be.
+        range: &'static str,
+    },
+    /// Too few demonstrations to leave one out.
+    #[error(
+        "class `{class}` has {found} demonstration(s), a gate needs {needed}: record more or exclude it"
+    )]
+    TooFew {
+        /// The class.
+        class: String,
+        /// How many it has.
+        found: usize,
+        /// How many are needed.
+        needed: usize,
+    },
+    /// A demonstration with other DoFs than the gate.
+    #[error("{}: a demonstration has {got} DoFs, the gate looks at number {dof}", file.display())]
+    Dofs {
+        /// The file.
+        file: PathBuf,
+        /// The DoF looked at, from 0.
+        dof: usize,
+        /// How many it has.
+        got: usize,
+    },
+    /// A value without a logarithm.
+    #[error(transparent)]
+    NotPositive(#[from] NotPositive),
+    /// A DoF that never varies, or values that overflow.
+    #[error("DoF `{dof}` does not vary, or by too much: leave it out or change its unit")]
+    Scale {
+        /// The DoF.
+        dof: String,
+    },
+    /// A factorisation failed.
+    #[error("the covariance of class `{class}` is not positive definite: check its demonstrations")]
+    Numerical {
+        /// The class.
+        class: String,
+    },
+    /// Parts that do not fit together.
+    #[error("these parts make no gate")]
+    Parts(#[from] ModelError),
+    /// A row that was refused.
+    #[error(transparent)]
+    Watch(#[from] WatchError),
+}
+
+/// What a gate consists of, for [`Gate::assemble`]: `J` rows (instants times DoFs, DoFs running faster), `Q` classes,
+/// `N` references. Numbers are in each DoF's unit as it enters the model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GateParts {
+    /// Signals of the model the gate looks at, and their indices in it.
+    pub dofs: Vec<(usize, Dof)>,
+    /// Phases of the instants, increasing.
+    pub phases: Vec<f64>,
+    /// Names of the classes, sorted.
+    pub classes: Vec<String>,
+    /// `Q x J (J + 1) / 2`: lower triangles of the Cholesky factors.
+    pub factors: Vec<f64>,
+    /// `N x J`, whitened.
+    pub references: Vec<f64>,
+    /// `N`: class of each reference.
+    pub skills: Vec<usize>,
+    /// Scale of the surprise, squared standard deviations.
+    pub tail: f64,
+    /// `J`.
+    pub thresholds: Vec<f64>,
+    /// Rate that the thresholds were fixed for: the one asked for, or, if more, the least that so many
+    /// demonstrations can show.
+    pub false_alarm_rate: f64,
+}
+
+/// A learnt gate, valid as a whole.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gate(GateParts);
+
+impl Gate {
+    /// Chooses the settings, then learns with them. All from `demonstrations` alone.
+    ///
+    /// Cost: for each of the settings tried, as many Cholesky factors of `J x J` as there are trials times classes.
+    ///
+    /// # Errors
+    /// [`GateError`].
+    pub fn learn(
+        demonstrations: &[Demonstration],
+        valid: &Valid,
+        config: &GateConfig,
+    ) -> Result<Self, GateError> {
+        let seen = Seen::of(demonstrations, valid, config)?;
+        let mut tried = Vec::new();
+        for kernel in GateSettings::tried() {
+            let left_out = LeftOut::of(&seen, &kernel)?;
+            for settings in kernel.tails() {
+                tried.push((left_out.told_apart(settings.tail), settings));
+            }
+        }
+        let settings = GateSettings::chosen(&tried).unwrap_or_default();
+        Self::fitted(&seen, &settings, config)
+    }
+
+    /// Learns with given settings.
+    ///
+    /// # Errors
+    /// [`GateError`].
+    pub fn with_settings(
+        demonstrations: &[Demonstration],
+        valid: &Valid,
+        settings: &GateSettings,
+        config: &GateConfig,
+    ) -> Result<Self, GateError> {
+        settings.check()?;
+        let seen = Seen::of(demonstrations, valid, config)?;
+        Self::fitted(&seen, settings, config)
+    }
+
+    fn fitted(
+        seen: &Seen,
+        settings: &GateSettings,
+        config: &GateConfig,
+    ) -> Result<Self, GateError> {
+        let left_out = LeftOut::of(seen, settings)?;
+        let least = 1.0 / (left_out.count() + 1) as f64;
+        let rate = config.false_alarm_rate.max(least);
+        let members: Vec<usize> = (0..seen.rows.nrows()).collect();
+        let kernels = Kernels::of(seen, &members, settings)?;
+        Self::assemble(GateParts {
+            dofs: seen.dofs.clone(),
+            phases: seen.phases.clone(),
+            classes: seen.classes.clone(),
+            factors: kernels.packed(&seen.scale),
+            references: kernels.references(),
+            skills: kernels.skills(),
+            tail: settings.tail,
+            thresholds: left_out.thresholds(settings.tail, rate),
+            false_alarm_rate: rate,
+        })
+    }
+
+    /// Checks that the parts fit together.
+    ///
+    /// # Errors
+    /// A list of the wrong length, a number that is not finite, phases that do not increase.
+    pub fn assemble(parts: GateParts) -> Result<Self, GateError> {
+        let length = |what, expected, got| {
+            let wrong = ModelError::Length {
+                what,
+                expected,
+                got,
+            };
+            if expected == got { Ok(()) } else { Err(wrong) }
+        };
+        let rows = parts.phases.len().saturating_mul(parts.dofs.len());
+        length("the thresholds", rows, parts.thresholds.len())?;
+        let gate = Self(parts);
+        let known = gate.known();
+        length("the classes", known.skill_count(), gate.0.classes.len())?;
+        gate.watch()?;
+        let increasing = |pair: &[f64]| pair[0] < pair[1];
+        let within = |phase: &f64| (0.0..=1.0).contains(phase);
+        let phases = &gate.0.phases;
+        if !(phases.iter().all(within) && phases.windows(2).all(increasing)) {
+            let value = phases.last().copied().unwrap_or_default();
+            let range = "increasing phases from 0 to 1";
+            return Err(GateError::Config {
+                what: "the last phase",
+                value,
+                range,
+            });
+        }
+        Ok(gate)
+    }
+
+    /// What it consists of.
+    #[must_use]
+    pub const fn parts(&self) -> &GateParts {
+        &self.0
+    }
+
+    /// Names of the classes that [`Novelty::nearest`] counts.
+    #[must_use]
+    pub fn classes(&self) -> &[String] {
+        &self.0.classes
+    }
+
+    /// What the judging kernel takes.
+    #[must_use]
+    pub fn known(&self) -> Known<'_, f64> {
+        let parts = &self.0;
+        Known {
+            factors: &parts.factors,
+            references: &parts.references,
+            skills: &parts.skills,
+            tail: parts.tail,
+            thresholds: &parts.thresholds,
+        }
+    }
+
+    /// One movement, row after row in the gate's order.
+    ///
+    /// # Errors
+    /// None for a gate that was assembled; the kernel checks again what it borrows.
+    pub fn watch(&self) -> Result<Watch<'_, f64, Vec<f64>>, ModelError> {
+        let known = self.known();
+        let len = watch_len(known.skill_count(), known.rows(), known.skills.len());
+        Watch::new(known, vec![0.0; len])
+    }
+
+    /// One movement as it comes in.
+    ///
+    /// # Errors
+    /// As [`Gate::watch`].
+    pub fn stream(&self) -> Result<GateStream<'_>, ModelError> {
+        Ok(GateStream::new(self, self.watch()?))
+    }
+
+    /// Judges the first `fraction` of a recorded movement by the instants within it; `None` if there are none. Samples
+    /// after `fraction` are not looked at.
+    ///
+    /// # Errors
+    /// A demonstration without one of the gate's DoFs, a value without a logarithm.
+    pub fn judge(
+        &self,
+        demonstration: &Demonstration,
+        fraction: f64,
+    ) -> Result<Option<Novelty<f64>>, GateError> {
+        let mut watch = self.watch()?;
+        let part = FirstPart::of(demonstration, fraction);
+        let within = |phase: &&f64| **phase <= fraction;
+        for &phase in self.0.phases.iter().take_while(within) {
+            for &(index, ref dof) in &self.0.dofs {
+                let value = part.value(index, phase);
+                let value = value.ok_or_else(|| no_dof(demonstration, index))?;
+                watch.observe(dof.encode(value)?)?;
+            }
+        }
+        Ok(watch.novelty())
+    }
+}
+
+fn no_dof(demonstration: &Demonstration, dof: usize) -> GateError {
+    GateError::Dofs {
+        file: demonstration.file().to_owned(),
+        dof,
+        got: demonstration.values().len(),
+    }
+}
+
+/// All demonstrations at the gate's instants.
+struct Seen {
+    dofs: Vec<(usize, Dof)>,
+    phases: Vec<f64>,
+    /// Standard deviation of each DoF over all demonstrations and instants, as it enters the model.
+    scale: Vec<f64>,
+    classes: Vec<String>,
+    /// `N x J`, scaled.
+    rows: DMatrix<f64>,
+    /// Class of each demonstration.
+    class: Vec<usize>,
+    /// What is left out with each demonstration.
+    group: Vec<usize>,
+}
+
+impl Seen {
+    fn of(
+        demonstrations: &[Demonstration],
+        valid: &Valid,
+        config: &GateConfig,
+    ) -> Result<Self, GateError> {
+        let all = &valid.get().dofs;
+        check(config, all.len())?;
+        let dofs: Vec<_> = config.dofs.iter().map(|&d| (d, all[d].clone())).collect();
+        let phases = config.phases();
+        let mut classes = BTreeMap::<&str, usize>::new();
+        for demonstration in demonstrations {
+            *classes.entry(demonstration.class()).or_default() += 1;
+        }
+        if let Some((class, &found)) = classes.iter().find(|(_, n)| **n < LEAST_PER_CLASS) {
+            return Err(GateError::TooFew {
+                class: (*class).to_owned(),
+                found,
+                needed: LEAST_PER_CLASS,
+            });
+        }
+        let names: Vec<&str> = classes.into_keys().collect();
+        let index = |name: &str| names.iter().position(|n| *n == name).unwrap_or_default();
+        let class: Vec<usize> = demonstrations.iter().map(|d| index(d.class())).collect();
+        let mut values = Vec::with_capacity(demonstrations.len() * phases.len() * dofs.len());
+        for demonstration in demonstrations {
+            let part = FirstPart::of(demonstration, config.fraction);
+            for &phase in &phases {
+                for &(index, ref dof) in &dofs {
+                    let value = part.value(index, phase);
+                    let value = value.ok_or_else(|| no_dof(demonstration, index))?;
+                    values.push(dof.encode(value)?);
+                }
+            }
+        }
+        let width = phases.len() * dofs.len();
+        let mut rows = DMatrix::from_row_slice(demonstrations.len(), width, &values);
+        let scale = scales(&mut rows, &dofs)?;
+        Ok(Self {
+            group: groups(demonstrations, &class, names.len()),
+            classes: names.into_iter().map(str::to_owned).collect(),
+            dofs,
+            phases,
+            scale,
+            rows,
+            class,
+        })
+    }
+}
+
+fn check(config: &GateConfig, dofs: usize) -> Result<(), GateError> {
+    let rate = config.false_alarm_rate;
+    let observations = config.observations as f64;
+    let greatest = config.dofs.iter().max().map_or(f64::NAN, |&dof| dof as f64);
+    let numbers = [
+        (
+            "the number of observations",
+            observations,
+            observations >= 1.0,
+            "at least 1",
+        ),
+        (
+            "the fraction",
+            config.fraction,
+            config.fraction > 0.0 && config.fraction <= 1.0,
+            "above 0 and at most 1",
+        ),
+        (
+            "the false alarm rate",
+            rate,
+            rate > 0.0 && rate < 1.0,
+            "a rate above 0 and below 1",
+        ),
+        (
+            "the greatest DoF",
+            greatest,
+            greatest < dofs as f64,
+            "at least one DoF, each one of the model's",
+        ),
+    ];
+    for (what, value, within, range) in numbers {
+        if !within {
+            return Err(GateError::Config { what, value, range });
+        }
+    }
+    Ok(())
+}
+
+/// Scales the columns of each DoF to unit variance; their standard deviations.
+fn scales(rows: &mut DMatrix<f64>, dofs: &[(usize, Dof)]) -> Result<Vec<f64>, GateError> {
+    let mut scale = Vec::with_capacity(dofs.len());
+    for (offset, (_, dof)) in dofs.iter().enumerate() {
+        let columns = (offset..rows.ncols()).step_by(dofs.len());
+        let block = rows.select_columns(&columns.clone().collect::<Vec<_>>());
+        let std = libm::sqrt(block.variance());
+        if !(std.is_finite() && std > f64::EPSILON * block.amax()) {
+            let dof = dof.name.clone();
+            return Err(GateError::Scale { dof });
+        }
+        for column in columns {
+            rows.column_mut(column).unscale_mut(std);
+        }
+        scale.push(std);
+    }
+    Ok(scale)
+}
+
+/// Trials, where every class has enough of them: performances of one trial are alike. Else each by itself.
+fn groups(demonstrations: &[Demonstration], class: &[usize], classes: usize) -> Vec<usize> {
+    let mut trials: Vec<&str> = demonstrations.iter().map(Demonstration::trial).collect();
+    trials.sort_unstable();
+    trials.dedup();
+    let of = |d: &Demonstration| trials.iter().position(|t| *t == d.trial()).unwrap_or(0);
+    let group: Vec<usize> = demonstrations.iter().map(of).collect();
+    let enough = |q: usize| {
+        let members = class.iter().zip(&group).filter(|(c, _)| **c == q);
+        let mut of_class: Vec<usize> = members.map(|(_, g)| *g).collect();
+        of_class.sort_unstable();
+        let largest = of_class.chunk_by(|a, b| a == b).map(<[_]>::len).max();
+        // Whichever trial is left out, two demonstrations must be left.
+        of_class.len() >= largest.unwrap_or(0) + LEAST_PER_CLASS - 1
+    };
+    if (0..classes).all(enough) {
+        group
+    } else {
+        (0..demonstrations.len()).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests;
