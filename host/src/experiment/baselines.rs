@@ -6,7 +6,7 @@ use super::look::{HAND, HAND_STIFFNESS, Look, ROBOT, ROBOT_STIFFNESS, STIFFNESS_
 use super::{Config, ExperimentError, Progress, data};
 use crate::baseline::{Protocol, Roles, Row, compare, cross_validate};
 use crate::demonstration::Demonstration;
-use crate::model::{Shrinkage, Valid};
+use crate::model::Valid;
 use crate::simulate::tracker::TrackerNoise;
 
 /// Folds of pick-and-place: what is tested had no part in what it is tested on.
@@ -122,7 +122,7 @@ pub fn of_positions(
 /// Hand and its stiffness at these phases, as the experiments observe them.
 fn protocol(phases: &[f64], config: &Config) -> Result<Protocol, ExperimentError> {
     Ok(Protocol {
-        valid: data::hyperparameters(Shrinkage::LeaveOneOut)?,
+        valid: data::hyperparameters()?,
         observed: [HAND, HAND_STIFFNESS].concat(),
         phases: phases.to_vec(),
         sigma_m: TrackerNoise::STATED.jitter_sd_m,
