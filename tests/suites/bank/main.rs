@@ -16,13 +16,13 @@ use tonus_shared::promp::{
     Bank, Basis, Hypothesis, Latent, Observed, Quantity, Skill, bank_len, belief_len,
 };
 
-// Three skills of six DoFs and rank 27 in `f32`, eight hypotheses each: 82.1 kB of the chip's 256 KiB (a slot is 16 B there,
-// 24 here). What fits beside the image's 91 kB is 165 kB: 49 such hypotheses.
+// Three skills of six DoFs and rank 27 in `f32`, eight hypotheses each: 79.5 kB of the chip's 256 KiB (a slot is 16 B there,
+// 24 here). What fits beside the image's 91 kB is 165 kB: 51 such hypotheses.
 const _: () = {
-    assert!(4 * belief_len(27) == 3_276);
-    assert!(4 * bank_len(24, 20, 27) == 82_088);
-    assert!(4 * bank_len(24, 20, 27) + 24 * size_of::<Hypothesis<f32>>() <= 82_700);
-    assert!(4 * bank_len(49, 20, 27) + 49 * size_of::<Hypothesis<f32>>() <= 262_144 - 90_944);
+    assert!(4 * belief_len(27) == 3_172);
+    assert!(4 * bank_len(24, 20, 27) == 79_488);
+    assert!(4 * bank_len(24, 20, 27) + 24 * size_of::<Hypothesis<f32>>() <= 80_100);
+    assert!(4 * bank_len(51, 20, 27) + 51 * size_of::<Hypothesis<f32>>() <= 262_144 - 90_944);
 };
 
 type Banks<'a, T> = Bank<'a, T, Vec<Hypothesis<T>>, Vec<T>>;
