@@ -3,6 +3,7 @@
 pub mod frames;
 mod program;
 pub mod wearer;
+pub mod work;
 
 pub use program::program;
 use std::path::PathBuf;
