@@ -4,6 +4,7 @@ pub mod frames;
 pub mod motion;
 mod program;
 pub mod wearer;
+pub mod work;
 
 pub use program::program;
 use std::path::PathBuf;

@@ -7,7 +7,7 @@ use super::evidence::{
     self, COUNT, FREEDOM, HEADER, LOG_LIKELIHOOD, MAHALANOBIS, RESIDUAL, ROOT_FACTOR, SPREAD,
 };
 use super::latent::Skill;
-use super::linear::{combine, dot, subtract};
+use super::linear::{combine, dot, project_out};
 use crate::Real;
 
 /// Numbers that a belief of rank `rank` stores: `r^2 + 2 r + 10`.
@@ -316,11 +316,7 @@ impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
         } = self.parts();
         evidence::accumulate(header);
         let (residual, factor) = (header[RESIDUAL], header[ROOT_FACTOR]);
-        for (line, mean) in root.chunks_exact_mut(projected.len()).zip(mean) {
-            let gain = dot(line, projected);
-            *mean += gain * residual;
-            subtract(line, gain * factor, projected);
-        }
+        project_out(root, mean, projected, residual, factor);
     }
 
     fn parts(&mut self) -> Parts<'_, T> {
