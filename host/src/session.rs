@@ -6,17 +6,20 @@
 //! *describes*: the tracker's exposure, the stream's device time less the chain's delay. A command is aged
 //! by the newest *scan* behind it.
 //!
-//! A movement's start and duration are announced by [`Event::Began`]: an oracle (a cue, a foot switch),
-//! until onset and tempo are inferred too.
+//! A movement's start and duration are announced by [`Event::Began`], an oracle (a cue, a foot switch), or inferred
+//! ([`Session::inferring`]): motion of the hand begins it, and a bank of hypotheses follows it.
 
+mod follower;
 mod movement;
 
 pub use movement::Decision;
 
 use crate::model::recognise::{Prediction, RecogniseError, Recogniser};
+use crate::model::tempo::TempoRecogniser;
 use crate::robot::command::{Command, Quality};
 use crate::robot::gate;
-use movement::Movement;
+use follower::{Follower, Inferred, Sensor};
+use tonus_shared::onset::{OnsetConfig, OnsetDetector, OnsetError};
 use tonus_shared::semg::quality::Quality as ChannelQuality;
 use tonus_shared::wire::{Frame, Packet, SequenceCounts, SequenceTracker, Stream, StreamFlags};
 
@@ -25,9 +28,9 @@ pub const DOFS: [&str; 12] = [
     "human_x", "human_y", "human_z", "human_kx", "human_ky", "human_kz", "robot_x", "robot_y",
     "robot_z", "robot_kx", "robot_ky", "robot_kz",
 ];
-/// Places in [`DOFS`] of the hand's position and stiffness.
-const HAND: std::ops::Range<usize> = 0..3;
-const HAND_STIFFNESS: std::ops::Range<usize> = 3..6;
+/// First places in [`DOFS`] of the hand's position and stiffness.
+const HAND: usize = 0;
+const HAND_STIFFNESS: usize = 3;
 /// First places in [`DOFS`] of the robot's position and stiffness.
 const ROBOT: usize = 6;
 const ROBOT_STIFFNESS: usize = 9;
@@ -75,6 +78,9 @@ pub enum SessionError {
     /// The model refused an observation or a question.
     #[error(transparent)]
     Recognise(#[from] RecogniseError),
+    /// The onset detector refused its configuration or a position.
+    #[error(transparent)]
+    Onset(#[from] OnsetError),
 }
 
 /// Everything that can happen to a session.
@@ -89,7 +95,7 @@ pub enum Event<'a> {
         /// Position, metres.
         position_m: [f64; 3],
     },
-    /// A movement begins.
+    /// A movement begins; a session that infers it does not listen.
     Began {
         /// When, microseconds.
         at_us: u64,
@@ -104,21 +110,45 @@ pub enum Event<'a> {
 #[derive(Debug)]
 pub struct Session<'m> {
     config: SessionConfig,
-    recogniser: Recogniser<'m>,
+    follower: Follower<'m>,
     dofs: [usize; DOFS.len()],
-    movement: Option<Movement>,
     frames: SequenceTracker,
     newest: Option<Stream>,
     commands: u32,
 }
 
 impl<'m> Session<'m> {
-    /// A session at rest.
+    /// A session at rest, to which start and duration of each movement are announced.
     ///
     /// # Errors
     /// [`SessionError::MissingDof`] when the model lacks one of [`DOFS`].
     pub fn new(recogniser: Recogniser<'m>, config: SessionConfig) -> Result<Self, SessionError> {
-        let model = recogniser.model();
+        let follower = Follower::Announced {
+            recogniser,
+            movement: None,
+        };
+        Self::following(follower, config)
+    }
+
+    /// A session at rest that finds start and duration by itself: the hand's motion begins a movement, a bank of hypotheses
+    /// follows it, and it is over when most of the posterior says so and the hand rests. Each sensor is
+    /// observed every `interval_us`, whatever [`SessionConfig::observations`] is.
+    ///
+    /// # Errors
+    /// As [`Session::new`]; a detector that cannot be.
+    pub fn inferring(
+        recogniser: TempoRecogniser<'m>,
+        onset: &OnsetConfig,
+        interval_us: u64,
+        config: SessionConfig,
+    ) -> Result<Self, SessionError> {
+        let detector = OnsetDetector::new(onset)?;
+        let inferred = Inferred::new(recogniser, detector, interval_us);
+        Self::following(Follower::Inferred(Box::new(inferred)), config)
+    }
+
+    fn following(follower: Follower<'m>, config: SessionConfig) -> Result<Self, SessionError> {
+        let model = follower.model();
         let mut dofs = [0; DOFS.len()];
         for (slot, name) in dofs.iter_mut().zip(DOFS) {
             *slot = model.dof(name).ok_or_else(|| {
@@ -128,9 +158,8 @@ impl<'m> Session<'m> {
         }
         Ok(Self {
             config,
-            recogniser,
+            follower,
             dofs,
-            movement: None,
             frames: SequenceTracker::new(),
             newest: None,
             commands: 0,
@@ -148,12 +177,11 @@ impl<'m> Session<'m> {
     ) -> Result<Option<Command>, SessionError> {
         match event {
             Event::Began { at_us, duration_us } => {
-                self.recogniser.reset();
-                self.movement = Some(Movement::new(at_us, duration_us));
+                self.follower.began(at_us, duration_us);
                 Ok(None)
             }
             Event::Ended => {
-                self.movement = None;
+                self.follower.ended();
                 Ok(None)
             }
             Event::Hand {
@@ -167,14 +195,19 @@ impl<'m> Session<'m> {
     /// Probability of each skill, in the model's order.
     #[must_use]
     pub fn posterior(&self) -> Vec<f64> {
-        let log_posterior = self.recogniser.log_posterior();
-        log_posterior.into_iter().map(f64::exp).collect()
+        self.follower.posterior()
+    }
+
+    /// Whether a movement is under way.
+    #[must_use]
+    pub fn under_way(&self) -> bool {
+        self.follower.movement().is_some()
     }
 
     /// The decision of the movement under way, if there was one.
     #[must_use]
     pub fn decision(&self) -> Option<Decision> {
-        self.movement?.decision
+        self.follower.movement()?.decision
     }
 
     /// The newest stream packet.
@@ -195,19 +228,15 @@ impl<'m> Session<'m> {
         position_m: [f64; 3],
         now_us: u64,
     ) -> Result<(), SessionError> {
-        let Some(movement) = &mut self.movement else {
-            return Ok(());
-        };
-        let part = movement.part(exposed_us, self.config.observations);
-        if !movement.hands.take(part) {
-            return Ok(());
+        let sigma = self.config.position_sigma_m;
+        let [x, y, z] = position_m;
+        let [at, beside, above] = [0, 1, 2].map(|axis: usize| self.dofs[HAND + axis]);
+        let readings = [(at, x, sigma), (beside, y, sigma), (above, z, sigma)];
+        let follower = &mut self.follower;
+        follower.watch(exposed_us, position_m)?;
+        if follower.observe(Sensor::Hand, exposed_us, &readings, &self.config)? {
+            self.decide(now_us);
         }
-        let phase = movement.phase(exposed_us);
-        for (dof, value) in self.dofs[HAND].iter().zip(position_m) {
-            let sigma = self.config.position_sigma_m;
-            self.recogniser.observe(*dof, phase, value, sigma)?;
-        }
-        self.decide(now_us);
         Ok(())
     }
 
@@ -241,47 +270,39 @@ impl<'m> Session<'m> {
         now_us: u64,
     ) -> Result<(), SessionError> {
         let describes_us = stream.describes_us(device_us);
-        let Some(movement) = &mut self.movement else {
-            return Ok(());
-        };
-        let part = movement.part(describes_us, self.config.observations);
-        if !self.config.use_semg
-            || quality(stream) != Quality::Good
-            || !movement.stiffnesses.take(part)
-        {
+        if !self.config.use_semg || quality(stream) != Quality::Good {
             return Ok(());
         }
-        let phase = movement.phase(describes_us);
-        for (dof, value) in self.dofs[HAND_STIFFNESS]
-            .iter()
-            .zip(stream.stiffness_n_per_m)
-        {
-            let value = f64::from(value);
-            let sigma = self.config.stiffness_sigma * value;
-            self.recogniser.observe(*dof, phase, value, sigma)?;
+        let values = stream.stiffness_n_per_m.map(f64::from);
+        let readings = [0, 1, 2].map(|axis: usize| {
+            let sigma = self.config.stiffness_sigma * values[axis];
+            (self.dofs[HAND_STIFFNESS + axis], values[axis], sigma)
+        });
+        let follower = &mut self.follower;
+        if follower.observe(Sensor::Stiffness, describes_us, &readings, &self.config)? {
+            self.decide(now_us);
         }
-        self.decide(now_us);
         Ok(())
     }
 
-    /// What the skills, weighted by their posteriors, expect of the robot.
-    fn expected(&mut self, phase: f64) -> Result<[Axis; 3], SessionError> {
-        let weights = self.posterior();
-        let mut dof = |name: usize| -> Result<Prediction, SessionError> {
-            let skills = 0..weights.len();
-            let of_skill = |skill| self.recogniser.predict(skill, self.dofs[name], phase);
-            let predictions = skills.map(of_skill).collect::<Result<Vec<_>, _>>()?;
-            Ok(mixed(&weights, &predictions))
+    /// What the skills, weighted by their posteriors, expect of the robot now; `None` at rest.
+    fn expected(&mut self, now_us: u64) -> Result<Option<[Axis; 3]>, SessionError> {
+        let mut all = [None; 3];
+        for (axis, slot) in all.iter_mut().enumerate() {
+            let [place, firmness] = [ROBOT, ROBOT_STIFFNESS].map(|first| self.dofs[first + axis]);
+            let place = self.follower.expected(place, now_us)?;
+            let firmness = self.follower.expected(firmness, now_us)?;
+            *slot = place.zip(firmness);
+        }
+        let [Some(x), Some(y), Some(z)] = all else {
+            return Ok(None);
         };
-        let mut axis = |axis| -> Result<Axis, SessionError> {
-            Ok((dof(ROBOT + axis)?, dof(ROBOT_STIFFNESS + axis)?))
-        };
-        Ok([axis(0)?, axis(1)?, axis(2)?])
+        Ok(Some([x, y, z]))
     }
 
     fn decide(&mut self, now_us: u64) {
         let posterior = self.posterior();
-        let Some(movement) = &mut self.movement else {
+        let Some(movement) = self.follower.movement_mut() else {
             return;
         };
         let least = if self.config.use_semg {
@@ -330,17 +351,14 @@ impl<'m> Session<'m> {
             boot_id: frame.header.boot_id,
             quality: quality(stream),
         };
-        if let Some(movement) = self.movement {
-            let phase = movement.phase(now_us);
-            let duration_s = movement.duration_s();
-            let robot = self.expected(phase)?;
+        if let Some(robot) = self.expected(now_us)? {
             let uncertain = (robot.iter()).any(|(place, _)| place.std > self.config.act_within_m);
             if uncertain {
                 command.quality = command.quality.max(Quality::Undecided);
             }
             for (axis, (place, firmness)) in robot.into_iter().enumerate() {
                 command.position_m[axis] = place.mean;
-                command.velocity_m_per_s[axis] = place.rate / duration_s;
+                command.velocity_m_per_s[axis] = place.rate;
                 command.stiffness_n_per_m[axis] = firmness.mean;
             }
         }
@@ -351,24 +369,6 @@ impl<'m> Session<'m> {
 
 /// Place and firmness of the robot on one axis.
 type Axis = (Prediction, Prediction);
-
-/// Moments of the mixture of `predictions` with `weights` that sum to one.
-fn mixed(weights: &[f64], predictions: &[Prediction]) -> Prediction {
-    let average = |of: fn(&Prediction) -> f64| -> f64 {
-        weights
-            .iter()
-            .zip(predictions)
-            .map(|(w, p)| w * of(p))
-            .sum()
-    };
-    let mean = average(|p| p.mean);
-    let square = average(|p| p.std * p.std + p.mean * p.mean);
-    Prediction {
-        mean,
-        std: (square - mean * mean).max(0.0).sqrt(),
-        rate: average(|p| p.rate),
-    }
-}
 
 /// A channel in use that is bad, or a stiffness that is not of this instant, is no ground to move on.
 fn quality(stream: &Stream) -> Quality {

@@ -1,5 +1,7 @@
 //! One movement: when it began, how far it is, what was observed of it.
 
+use super::follower::Sensor;
+
 /// The first moment at which the posterior sufficed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Decision {
@@ -11,7 +13,7 @@ pub struct Decision {
     pub after_s: f64,
 }
 
-/// A movement under way, as it was announced.
+/// A movement under way, as it was announced or detected.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Movement {
     pub(super) began_us: u64,
@@ -30,6 +32,19 @@ impl Movement {
             hands: Sampled::default(),
             stiffnesses: Sampled::default(),
             decision: None,
+        }
+    }
+
+    /// One that was detected: its duration is not known here, and its phase is not asked for.
+    pub(super) fn since(began_us: u64) -> Self {
+        Self::new(began_us, 1)
+    }
+
+    /// What was observed of a sensor.
+    pub(super) fn sampled(&mut self, sensor: Sensor) -> &mut Sampled {
+        match sensor {
+            Sensor::Hand => &mut self.hands,
+            Sensor::Stiffness => &mut self.stiffnesses,
         }
     }
 

@@ -1,3 +1,5 @@
+mod inferred;
+
 use super::{COMMAND_LIFE_US, DOFS, Event, Session, SessionConfig, SessionError};
 use crate::demonstration::Demonstration;
 use crate::model::recognise::Recogniser;
@@ -121,7 +123,10 @@ fn see_hand(session: &mut Session<'_>, exposed_us: u64, position_m: [f64; 3]) {
 
 /// What the first skill expects of a DoF at half way.
 fn place(session: &mut Session<'_>, dof: usize) -> f64 {
-    session.recogniser.predict(0, dof, 0.5).unwrap().mean
+    let super::Follower::Announced { recogniser, .. } = &mut session.follower else {
+        panic!("these movements are announced");
+    };
+    recogniser.predict(0, dof, 0.5).unwrap().mean
 }
 
 #[test]

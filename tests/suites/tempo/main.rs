@@ -21,10 +21,10 @@ use tonus::model::{Dof, Hyperparameters, Model, learn};
 use tonus_shared::onset::OnsetConfig;
 use tonus_shared::promp::Basis;
 
-const FUNCTIONS: [usize; 3] = [8, 12, 20];
-const RIDGES: [f64; 2] = [1e-3, 1e-1];
+const FUNCTIONS: [usize; 2] = [12, 20];
+const RIDGES: [f64; 1] = [1e-1];
 const PLACEMENTS_M: [f64; 2] = [0.1, 0.2];
-const SIGMAS_M: [f64; 3] = [0.02, 0.03, 0.05];
+const SIGMAS_M: [f64; 4] = [0.01, 0.02, 0.03, 0.05];
 const INTERVAL_S: f64 = 0.1;
 
 /// What is decided before learning.
