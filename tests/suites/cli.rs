@@ -133,6 +133,19 @@ fn skills_are_learnt_evaluated_and_inferred() {
         "-o",
         text(&more),
     ]);
+    let by_em = folder.path().join("em.tonus");
+    tonus(&[
+        "train",
+        text(&learnt),
+        "--em",
+        "-o",
+        text(&by_em),
+        "--dofs",
+        "x,y",
+        "--basis",
+        "gaussian:8",
+    ]);
+    assert_eq!(json(&["info", text(&by_em)])["learner"], "em");
     let kept = |path| json(&["info", text(path)])["demonstrations_kept"].clone();
     assert_eq!(
         kept(&more).as_u64(),

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
-use tonus::demonstration::{Choice, Demonstration, read};
+use tonus::demonstration::{Choice, Demonstration, ReadError, read, read_with_gaps};
 use tonus::model::{Dof, Transform};
 use tonus::table::Table;
 use tonus_shared::promp::Basis;
@@ -161,11 +161,29 @@ pub(super) fn fraction(text: &str) -> Result<f64, String> {
     }
 }
 
-/// All demonstrations of all files, in their order.
+/// All demonstrations of all files, in their order; rows with an empty cell are left out.
 pub(super) fn demonstrations(
     files: &[PathBuf],
     dofs: &[Dof],
     exclude: &[String],
+) -> Result<Vec<Demonstration>> {
+    each(files, dofs, exclude, read)
+}
+
+/// The same, with what those rows do hold.
+pub(super) fn demonstrations_with_gaps(
+    files: &[PathBuf],
+    dofs: &[Dof],
+    exclude: &[String],
+) -> Result<Vec<Demonstration>> {
+    each(files, dofs, exclude, read_with_gaps)
+}
+
+fn each(
+    files: &[PathBuf],
+    dofs: &[Dof],
+    exclude: &[String],
+    read: fn(&Table, &Choice<'_>) -> Result<Vec<Demonstration>, ReadError>,
 ) -> Result<Vec<Demonstration>> {
     let names: Vec<_> = dofs.iter().map(|dof| dof.name.clone()).collect();
     let choice = Choice {

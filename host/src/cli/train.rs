@@ -5,7 +5,9 @@ use std::path::PathBuf;
 
 use serde_json::json;
 use tonus::demonstration::Demonstration;
-use tonus::model::{Dof, Hyperparameters, HyperparametersError, Model, extend, learn};
+use tonus::model::{
+    Dof, EmConfig, Hyperparameters, HyperparametersError, Model, extend, learn, learn_em,
+};
 use tonus::store;
 use tonus_shared::promp::Basis;
 
@@ -17,7 +19,7 @@ const EXAMPLE: &str = "Example:
   tonus train more.csv --add-to skills.safetensors -o more.safetensors
 
 A demonstration is a contiguous run of rows with one `label` in one `trial`; `t_s` must strictly increase in it.
-Sampling may be irregular; a row with an empty cell in a chosen column is a gap. A demonstration with fewer samples
+Sampling may be irregular; a row with an empty cell in a chosen column is a gap (but see --em). A demonstration with fewer samples
 than basis functions is fitted by the smallest weights that pass near its samples (--ridge).
 
 A model keeps what was fitted to each demonstration, so more can be added without the old recordings.";
@@ -36,6 +38,10 @@ pub(crate) struct TrainArgs {
     /// placement are kept.
     #[arg(long, value_name = "MODEL", conflicts_with_all = ["dofs", "basis", "ridge", "placement_m"])]
     add_to: Option<PathBuf>,
+    /// Learn by expectation maximisation over the samples themselves: a row with an empty cell still counts for its
+    /// other columns, and a demonstration may lack a column altogether. Such a model cannot be added to.
+    #[arg(long, conflicts_with = "add_to")]
+    em: bool,
     /// Columns to learn, as NAME, NAME:UNIT or NAME:UNIT:log (for what is positive); metres if no unit is given.
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = options::dof, default_value = "x,y,z")]
     dofs: Vec<Dof>,
@@ -109,7 +115,17 @@ impl TrainArgs {
             other => other.into(),
         })?;
         let dofs = &valid.get().dofs;
-        let demonstrations = options::demonstrations(&self.files, dofs, &self.exclude)?;
-        Ok((learn(&demonstrations, &valid)?, demonstrations))
+        let read = if self.em {
+            options::demonstrations_with_gaps
+        } else {
+            options::demonstrations
+        };
+        let demonstrations = read(&self.files, dofs, &self.exclude)?;
+        let model = if self.em {
+            learn_em(&demonstrations, &valid, &EmConfig::default())?
+        } else {
+            learn(&demonstrations, &valid)?
+        };
+        Ok((model, demonstrations))
     }
 }

@@ -1,4 +1,4 @@
-use super::{Choice, Demonstration, DemonstrationError, read};
+use super::{Choice, Demonstration, DemonstrationError, read, read_with_gaps};
 use crate::table::Table;
 use std::path::Path;
 
@@ -137,4 +137,51 @@ fn numbers_that_are_no_movement_are_refused() {
         Demonstration::new("a", "1", "f", vec![0.0, 1.0], vec![]).unwrap_err(),
         DemonstrationError::NoDof
     );
+}
+
+#[test]
+fn an_empty_cell_is_a_gap_of_its_row_or_of_its_column_alone() {
+    let text = "t_s,x,y,label,trial
+0,1,,a,1
+1,,,a,1
+2,2,8,a,1
+4,,6,a,1
+5,3,,a,1
+";
+    let dofs = names(&["x", "y"]);
+    let choice = Choice {
+        dofs: &dofs,
+        exclude: &[],
+    };
+    let refused = read(&table(text), &choice).unwrap_err().to_string();
+    assert!(refused.contains("this has 1"), "{refused}");
+    let found = read_with_gaps(&table(text), &choice).unwrap();
+    let one = &found[0];
+    assert_eq!(one.t_s(), [0.0, 2.0, 4.0, 5.0]);
+    assert!(!one.is_complete());
+    assert_eq!(one.present(0), Some(&[true, true, false, true][..]));
+    assert_eq!(one.present(1), Some(&[false, true, true, false][..]));
+    // On the line between the neighbours, and held at the ends.
+    assert!((one.values()[0][2] - 8.0 / 3.0).abs() < 1e-15);
+    assert_eq!(one.values()[1], [8.0, 8.0, 6.0, 6.0]);
+    let whole = read(
+        &table(TWO_TRIALS),
+        &Choice {
+            dofs: &names(&["x"]),
+            exclude: &names(&["none"]),
+        },
+    )
+    .unwrap();
+    assert!(whole[0].is_complete());
+    assert_eq!(whole[0].present(0), None);
+    // Nothing of a DoF at all.
+    let nothing = [vec![Some(1.0), Some(2.0)], vec![None, None]];
+    let one = Demonstration::with_gaps("a", "1", "f", vec![0.0, 1.0], &nothing).unwrap();
+    assert_eq!(one.present(1), Some(&[false, false][..]));
+    let infinite = [vec![Some(f64::INFINITY), None]];
+    let refused = Demonstration::with_gaps("a", "1", "f", vec![0.0, 1.0], &infinite);
+    assert!(matches!(refused, Err(DemonstrationError::NonFinite { .. })));
+    let short = [vec![Some(1.0)]];
+    let refused = Demonstration::with_gaps("a", "1", "f", vec![0.0, 1.0], &short);
+    assert!(matches!(refused, Err(DemonstrationError::Length { .. })));
 }

@@ -53,6 +53,13 @@ fn prepare(folder: &Path) {
     let output = tonus(folder, &line.split(' ').collect::<Vec<_>>());
     let error = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "the good file is refused: {error}");
+    let output = tonus(
+        folder,
+        &"train good.csv -o em.safetensors --em --dofs x --basis gaussian:5"
+            .split(' ')
+            .collect::<Vec<_>>(),
+    );
+    assert!(output.status.success(), "EM refuses the good file");
     model_files::write(folder);
 }
 

@@ -136,6 +136,10 @@ pub(super) const CASES: &[Case] = &[
         "train good.csv --add-to cut.model -o out",
         &["cut.model: not a whole safetensors file"],
     ),
+    data(
+        "train good.csv --add-to em.safetensors -o out",
+        &["learnt by EM and must be refitted: train it again from all recordings"],
+    ),
     data("info none.model", &["none.model: cannot be read"]),
     data("info folder.model", &["folder.model: cannot be read"]),
     data(

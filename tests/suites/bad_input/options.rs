@@ -12,6 +12,10 @@ pub(super) const CASES: &[Case] = &[
         "train good.csv --add-to good.safetensors --ridge 0.1 -o out",
         &["'--add-to <MODEL>' cannot be used with"],
     ),
+    usage(
+        "train good.csv --add-to good.safetensors --em -o out",
+        &["cannot be used with"],
+    ),
     usage("train -o out", &["required", "DEMOS.csv"]),
     usage("train good.csv", &["required", "--output"]),
     usage(
