@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
-use tonus::demonstration::{Choice, Demonstration, read};
+use tonus::demonstration::{Choice, Demonstration, ReadError, read, read_unlabelled};
 use tonus::model::{Dof, Transform};
 use tonus::table::Table;
 use tonus_shared::promp::Basis;
@@ -127,6 +127,24 @@ pub(super) fn demonstrations(
     files: &[PathBuf],
     dofs: &[Dof],
     exclude: &[String],
+) -> Result<Vec<Demonstration>> {
+    each(files, dofs, exclude, read)
+}
+
+/// The same, some of them without a label.
+pub(super) fn unlabelled_demonstrations(
+    files: &[PathBuf],
+    dofs: &[Dof],
+    exclude: &[String],
+) -> Result<Vec<Demonstration>> {
+    each(files, dofs, exclude, read_unlabelled)
+}
+
+fn each(
+    files: &[PathBuf],
+    dofs: &[Dof],
+    exclude: &[String],
+    read: fn(&Table, &Choice<'_>) -> Result<Vec<Demonstration>, ReadError>,
 ) -> Result<Vec<Demonstration>> {
     let names: Vec<_> = dofs.iter().map(|dof| dof.name.clone()).collect();
     let choice = Choice {

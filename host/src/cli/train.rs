@@ -5,11 +5,13 @@ use std::path::PathBuf;
 
 use serde_json::json;
 use tonus::demonstration::Demonstration;
+use tonus::model::cluster::Labelled;
 use tonus::model::{Dof, Hyperparameters, HyperparametersError, Model, extend, learn};
 use tonus::store;
 use tonus_shared::promp::Basis;
 
 use super::progress::Progress;
+use super::unlabelled::{self, UnlabelledArgs};
 use super::{UsageError, keep_inputs, options, say};
 
 const EXAMPLE: &str = "Example:
@@ -58,6 +60,15 @@ pub(crate) struct TrainArgs {
     /// another.
     #[arg(long, value_name = "M", value_parser = options::not_negative, default_value = "0")]
     placement_m: f64,
+    #[command(flatten)]
+    unlabelled: UnlabelledArgs,
+}
+
+/// A model, what it was learnt from, and what clustering found there.
+struct Learnt {
+    model: Model,
+    demonstrations: Vec<Demonstration>,
+    labelled: Option<Labelled>,
 }
 
 impl TrainArgs {
@@ -67,7 +78,11 @@ impl TrainArgs {
         inputs.extend(self.add_to.clone());
         keep_inputs(&inputs, &self.output)?;
         let progress = Progress::spinner("learning", !json && stderr().is_terminal());
-        let (model, demonstrations) = self.learn()?;
+        let Learnt {
+            model,
+            demonstrations,
+            labelled,
+        } = self.learn()?;
         store::save(&model, &self.output)?;
         progress.finish();
         let functions = model.parts().basis.count();
@@ -78,6 +93,9 @@ impl TrainArgs {
             summary["model"] = json!(self.output);
             summary["demonstrations"] = json!(demonstrations.len());
             summary["with_fewer_samples_than_functions"] = json!(sparse);
+            if let Some(labelled) = &labelled {
+                summary["clusters"] = unlabelled::summary(labelled);
+            }
             return say(&format!("{summary}\n"));
         }
         let mut text = super::info::model_text(&model);
@@ -87,15 +105,22 @@ impl TrainArgs {
                 demonstrations.len()
             );
         }
+        if let Some(labelled) = &labelled {
+            text += &unlabelled::text(labelled);
+        }
         say(&format!("{}: {text}", self.output.display()))
     }
 
-    /// The model, and the demonstrations of the files.
-    fn learn(&self) -> anyhow::Result<(Model, Vec<Demonstration>)> {
+    fn learn(&self) -> anyhow::Result<Learnt> {
+        let of = |model, demonstrations| Learnt {
+            model,
+            demonstrations,
+            labelled: None,
+        };
         if let Some(path) = &self.add_to {
             let old = store::load(path)?;
             let added = options::demonstrations(&self.files, old.dofs(), &self.exclude)?;
-            return Ok((extend(&old, &added)?, added));
+            return Ok(of(extend(&old, &added)?, added));
         }
         let hyperparameters = Hyperparameters {
             ridge: self.ridge,
@@ -109,7 +134,17 @@ impl TrainArgs {
             other => other.into(),
         })?;
         let dofs = &valid.get().dofs;
+        if self.unlabelled.wanted() {
+            let demonstrations =
+                options::unlabelled_demonstrations(&self.files, dofs, &self.exclude)?;
+            let labelled = self.unlabelled.label(&demonstrations, &valid)?;
+            return Ok(Learnt {
+                model: learn(&labelled.demonstrations, &valid)?,
+                demonstrations,
+                labelled: Some(labelled),
+            });
+        }
         let demonstrations = options::demonstrations(&self.files, dofs, &self.exclude)?;
-        Ok((learn(&demonstrations, &valid)?, demonstrations))
+        Ok(of(learn(&demonstrations, &valid)?, demonstrations))
     }
 }

@@ -2,12 +2,13 @@
 //!
 //! In a file, a demonstration is a contiguous run of rows with one `label` in one `trial`. Times need not
 //! be regular, and rows with an empty cell in a chosen column are gaps: they are left out, and the
-//! least squares that fits the weights does not need them.
+//! least squares that fits the weights does not need them. Learning by EM takes the rest of such a row too
+//! ([`read_with_gaps`]).
 
 mod path;
 mod read;
 
-pub use read::{Choice, ReadError, read};
+pub use read::{Choice, ReadError, read, read_unlabelled, read_with_gaps};
 
 use std::path::{Path, PathBuf};
 
@@ -65,6 +66,8 @@ pub struct Demonstration {
     file: PathBuf,
     t_s: Vec<f64>,
     values: Vec<Vec<f64>>,
+    /// Which values were recorded, like `values`; empty if all were.
+    present: Vec<Vec<bool>>,
 }
 
 impl Demonstration {
@@ -118,7 +121,46 @@ impl Demonstration {
             file: file.into(),
             t_s,
             values,
+            present: Vec::new(),
         })
+    }
+
+    /// A movement of which some values are missing: `None` where nothing was recorded, for a sample or for a whole
+    /// DoF. [`Demonstration::values`] then holds what interpolation between the recorded neighbours puts there (zero
+    /// in a DoF without any); who may not take that for a recording asks [`Demonstration::present`].
+    ///
+    /// # Errors
+    /// As [`Demonstration::new`].
+    pub fn with_gaps(
+        label: impl Into<String>,
+        trial: impl Into<String>,
+        file: impl Into<PathBuf>,
+        t_s: Vec<f64>,
+        values: &[Vec<Option<f64>>],
+    ) -> Result<Self, DemonstrationError> {
+        let filled = values.iter().map(|series| filled(&t_s, series)).collect();
+        let present = values
+            .iter()
+            .map(|series| series.iter().map(Option::is_some).collect())
+            .collect();
+        let complete = values.iter().flatten().all(Option::is_some);
+        let whole = Self::new(label, trial, file, t_s, filled)?;
+        Ok(Self {
+            present: if complete { Vec::new() } else { present },
+            ..whole
+        })
+    }
+
+    /// Whether every value was recorded.
+    #[must_use]
+    pub const fn is_complete(&self) -> bool {
+        self.present.is_empty()
+    }
+
+    /// Which samples of a DoF were recorded; `None` if all of them were.
+    #[must_use]
+    pub fn present(&self, dof: usize) -> Option<&[bool]> {
+        self.present.get(dof).map(Vec::as_slice)
     }
 
     /// The same performance of another class.
@@ -206,6 +248,35 @@ impl Demonstration {
         };
         let share = (time_s - self.t_s[after - 1]) / (next_s - self.t_s[after - 1]);
         Some(series[after - 1] + share * (series[after] - series[after - 1]))
+    }
+}
+
+/// Gaps by linear interpolation over time, before the first and after the last value by that.
+fn filled(t_s: &[f64], series: &[Option<f64>]) -> Vec<f64> {
+    let known: Vec<(f64, f64)> = t_s
+        .iter()
+        .zip(series)
+        .filter_map(|(&time_s, value)| value.map(|value| (time_s, value)))
+        .collect();
+    let at = |(index, value): (usize, &Option<f64>)| {
+        let time_s = t_s.get(index).copied().unwrap_or(f64::INFINITY);
+        value.unwrap_or_else(|| between(&known, time_s))
+    };
+    series.iter().enumerate().map(at).collect()
+}
+
+fn between(known: &[(f64, f64)], time_s: f64) -> f64 {
+    let after = known.partition_point(|&(known_s, _)| known_s <= time_s);
+    match (
+        after.checked_sub(1).map(|before| known[before]),
+        known.get(after),
+    ) {
+        (Some((early_s, early)), Some(&(late_s, late))) => {
+            early + (late - early) * (time_s - early_s) / (late_s - early_s)
+        }
+        (Some((_, only)), None) => only,
+        (None, Some(&(_, only))) => only,
+        (None, None) => 0.0,
     }
 }
 

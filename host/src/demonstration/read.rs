@@ -42,7 +42,7 @@ pub enum ReadError {
         labels: Vec<String>,
     },
     /// A row without a label.
-    #[error("{}:{line}: column `label`: empty, name the skill or a label to exclude", file.display())]
+    #[error("{}:{line}: column `label`: empty, name the skill or a label to exclude (or train with --components)", file.display())]
     NoLabel {
         /// The file.
         file: PathBuf,
@@ -59,16 +59,59 @@ pub enum ReadError {
 /// A column that is missing, a cell that is not a finite number, an empty label, times that do not increase
 /// within a demonstration, fewer than two rows of it, nothing left.
 pub fn read(table: &Table, choice: &Choice<'_>) -> Result<Vec<Demonstration>, ReadError> {
+    runs(table, choice, &labels(table)?, Gaps::OfRows)
+}
+
+/// The same, but a label may be empty, or the column missing: such a demonstration has an empty label, and a
+/// contiguous run of rows without a label in one trial is one demonstration.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_unlabelled(
+    table: &Table,
+    choice: &Choice<'_>,
+) -> Result<Vec<Demonstration>, ReadError> {
+    let labels = table.text("label");
+    let labels = labels.unwrap_or_else(|_| vec![""; table.rows()]);
+    runs(table, choice, &labels, Gaps::OfRows)
+}
+
+/// The same, but an empty cell is a missing value of its DoF alone; only rows without any value are left out.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_with_gaps(table: &Table, choice: &Choice<'_>) -> Result<Vec<Demonstration>, ReadError> {
+    runs(table, choice, &labels(table)?, Gaps::OfCells)
+}
+
+/// Label of every row, none of them empty.
+fn labels(table: &Table) -> Result<Vec<&str>, ReadError> {
     let labels = table.text("label")?;
+    match labels.iter().position(|label| label.is_empty()) {
+        Some(row) => Err(ReadError::NoLabel {
+            file: table.file().to_owned(),
+            line: table.place(row, "label").line,
+        }),
+        None => Ok(labels),
+    }
+}
+
+/// What an empty cell leaves out.
+#[derive(Clone, Copy, PartialEq)]
+enum Gaps {
+    OfRows,
+    OfCells,
+}
+
+fn runs(
+    table: &Table,
+    choice: &Choice<'_>,
+    labels: &[&str],
+    gaps: Gaps,
+) -> Result<Vec<Demonstration>, ReadError> {
     let trials = table.text("trial")?;
     for dof in choice.dofs {
         table.text(dof)?;
-    }
-    if let Some(row) = labels.iter().position(|label| label.is_empty()) {
-        return Err(ReadError::NoLabel {
-            file: table.file().to_owned(),
-            line: table.place(row, "label").line,
-        });
     }
     let mut found = Vec::new();
     let mut start = 0;
@@ -79,7 +122,7 @@ pub fn read(table: &Table, choice: &Choice<'_>) -> Result<Vec<Demonstration>, Re
             .unwrap_or(table.rows());
         if !choice.exclude.iter().any(|name| name == labels[start]) {
             let names = (labels[start], trials[start]);
-            found.push(run(table, choice.dofs, names, start..end)?);
+            found.push(run(table, choice.dofs, names, start..end, gaps)?);
         }
         start = end;
     }
@@ -100,6 +143,7 @@ fn run(
     dofs: &[String],
     (label, trial): (&str, &str),
     rows: Range<usize>,
+    gaps: Gaps,
 ) -> Result<Demonstration, ReadError> {
     let columns = dofs
         .iter()
@@ -110,15 +154,23 @@ fn run(
     let times_s = table.numbers_in("t_s", rows.clone())?;
     table.strictly_increasing("t_s", &times_s, rows.start)?;
     for (offset, &time_s) in times_s.iter().enumerate() {
-        let cells: Option<Vec<f64>> = columns.iter().map(|column| column[offset]).collect();
-        if let Some(cells) = cells {
+        let recorded = columns
+            .iter()
+            .filter(|column| column[offset].is_some())
+            .count();
+        let enough = match gaps {
+            Gaps::OfRows => dofs.len(),
+            Gaps::OfCells => 1,
+        };
+        if recorded >= enough {
             t_s.push(time_s);
-            for (series, cell) in values.iter_mut().zip(cells) {
-                series.push(cell);
+            for (series, column) in values.iter_mut().zip(&columns) {
+                series.push(column[offset]);
             }
         }
     }
-    Demonstration::new(label, trial, table.file(), t_s, values).map_err(|reason| ReadError::Run {
+    let made = Demonstration::with_gaps(label, trial, table.file(), t_s, &values);
+    made.map_err(|reason| ReadError::Run {
         file: table.file().to_owned(),
         line: table.place(rows.start, "label").line,
         label: label.to_owned(),

@@ -56,6 +56,12 @@ pub(super) fn fit_all(
                 got,
             });
         }
+        if !demonstration.is_complete() {
+            return Err(LearnError::Gaps {
+                file: demonstration.file().to_owned(),
+                label: demonstration.label().to_owned(),
+            });
+        }
         let series = encode(demonstration, &given.dofs)?;
         let phases: Vec<f64> = demonstration.phases().collect();
         // Demonstrations of one rate and length have one factor.
@@ -103,7 +109,7 @@ fn encode(demonstration: &Demonstration, dofs: &[Dof]) -> Result<DMatrix<f64>, L
 }
 
 /// Mean, and sum of squared distances from it.
-fn moments<'v>(values: impl ExactSizeIterator<Item = &'v f64> + Clone) -> (f64, f64) {
+pub(super) fn moments<'v>(values: impl ExactSizeIterator<Item = &'v f64> + Clone) -> (f64, f64) {
     let n = values.len() as f64;
     let mean = values.clone().sum::<f64>() / n;
     let squares = values.map(|value| (value - mean) * (value - mean));
@@ -121,19 +127,25 @@ pub(super) fn scales(fits: &[Fitted], dofs: &[Dof]) -> Result<Vec<f64>, LearnErr
             let off = fit.means[index] - value;
             fit.squares[index] / total + share(fit) * off * off
         });
-        let variance: f64 = variance.sum();
-        let dof = dof.name.clone();
-        if !variance.is_finite() {
-            return Err(LearnError::TooLarge { dof });
-        }
-        let scale = libm::sqrt(variance);
-        if scale > CONSTANT * value.abs() {
-            Ok(scale)
-        } else {
-            Err(LearnError::Constant { dof, value })
-        }
+        scale_of(value, variance.sum(), dof)
     };
     dofs.iter().enumerate().map(one).collect()
+}
+
+/// Standard deviation of a DoF from mean and variance of all its samples.
+pub(super) fn scale_of(mean: f64, variance: f64, dof: &Dof) -> Result<f64, LearnError> {
+    let (name, scale) = (dof.name.clone(), libm::sqrt(variance));
+    if !variance.is_finite() {
+        return Err(LearnError::TooLarge { dof: name });
+    }
+    if scale > CONSTANT * mean.abs() {
+        Ok(scale)
+    } else {
+        Err(LearnError::Constant {
+            dof: name,
+            value: mean,
+        })
+    }
 }
 
 /// Weights of every demonstration, scaled.
@@ -170,11 +182,36 @@ pub(super) struct Groups {
     pub(super) durations: Vec<Durations>,
 }
 
+/// Of whom a demonstration is one.
+pub(super) struct Member<'d> {
+    label: &'d str,
+    class: &'d str,
+    duration_s: f64,
+}
+
+impl<'d> Member<'d> {
+    pub(super) fn of(demonstration: &'d Demonstration) -> Self {
+        Self {
+            label: demonstration.label(),
+            class: demonstration.class(),
+            duration_s: demonstration.duration_s(),
+        }
+    }
+
+    pub(super) fn of_fit(fit: &'d Fitted) -> Self {
+        Self {
+            label: &fit.label,
+            class: &fit.class,
+            duration_s: fit.duration_s,
+        }
+    }
+}
+
 impl Groups {
-    pub(super) fn of(fits: &[Fitted]) -> Result<Self, LearnError> {
-        let mut members: BTreeMap<&str, Vec<&Fitted>> = BTreeMap::new();
-        for fit in fits {
-            members.entry(&fit.label).or_default().push(fit);
+    pub(super) fn of(all: &[Member<'_>]) -> Result<Self, LearnError> {
+        let mut members: BTreeMap<&str, Vec<&Member<'_>>> = BTreeMap::new();
+        for one in all {
+            members.entry(one.label).or_default().push(one);
         }
         if members.is_empty() {
             return Err(LearnError::None);
@@ -194,27 +231,27 @@ impl Groups {
                     needed,
                 });
             }
-            let class = &of_label[0].class;
-            if let Some(other) = of_label.iter().find(|fit| &fit.class != class) {
+            let class = of_label[0].class;
+            if let Some(other) = of_label.iter().find(|one| one.class != class) {
                 return Err(LearnError::Classes {
                     label: (*label).to_owned(),
-                    classes: [class.clone(), other.class.clone()],
+                    classes: [class, other.class].map(str::to_owned),
                 });
             }
         }
         let index: BTreeMap<&str, usize> = members.keys().copied().zip(0..).collect();
         Ok(Self {
             labels: members.keys().map(|&label| label.to_owned()).collect(),
-            classes: members.values().map(|m| m[0].class.clone()).collect(),
+            classes: members.values().map(|m| m[0].class.to_owned()).collect(),
             counts: members.values().map(Vec::len).collect(),
-            skill: fits.iter().map(|fit| index[fit.label.as_str()]).collect(),
+            skill: all.iter().map(|one| index[one.label]).collect(),
             durations: members.values().map(|m| durations(m)).collect(),
         })
     }
 }
 
-fn durations(members: &[&Fitted]) -> Durations {
-    let seconds: Vec<f64> = members.iter().map(|fit| fit.duration_s).collect();
+fn durations(members: &[&Member<'_>]) -> Durations {
+    let seconds: Vec<f64> = members.iter().map(|one| one.duration_s).collect();
     let (mean_s, squares) = moments(seconds.iter());
     Durations {
         mean_s,

@@ -83,6 +83,7 @@ impl Model {
         Hyperparameters {
             ridge: self.0.ridge,
             shrinkage: self.0.shrinkage,
+            predictive: self.0.predictive,
             placement_m: self.0.placement_m,
             ..Hyperparameters::new(self.0.dofs.clone(), self.0.basis)
         }

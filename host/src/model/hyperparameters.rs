@@ -28,6 +28,22 @@ pub enum Shrinkage {
     },
 }
 
+/// What a skill expects of a performance it has not seen, beyond the estimated mean and covariance.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Predictive {
+    /// The Gaussian of the estimates, as if they were the truth.
+    PlugIn,
+    /// A Student-t of the same covariance, widened by the uncertainty of a mean of `n` demonstrations (`1 + 1 / n`).
+    Fixed {
+        /// Its degrees of freedom, above 2; `None` is a Gaussian.
+        freedom: Option<f64>,
+    },
+    /// The same, the degrees of freedom (one number for all skills, or a Gaussian) those of greatest leave-one-out
+    /// likelihood, together with the shrinkage where that is chosen.
+    LeaveOneOut,
+}
+
 /// What is decided before learning. Fields are public; [`Hyperparameters::check`] makes them usable.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hyperparameters {
@@ -41,6 +57,8 @@ pub struct Hyperparameters {
     pub ridge: f64,
     /// Shrinkage of each skill's covariance.
     pub shrinkage: Shrinkage,
+    /// What a skill expects of new performances.
+    pub predictive: Predictive,
     /// Standard deviation, metres, of where somebody may stand: a constant offset of each position, independent
     /// between them, that the demonstrations do not show. Zero if the new performances are placed like the
     /// demonstrations.
@@ -48,7 +66,7 @@ pub struct Hyperparameters {
 }
 
 impl Hyperparameters {
-    /// Ridge 1e-3, shrinkage by leave-one-out, no placement.
+    /// Ridge 1e-3, shrinkage and degrees of freedom by leave-one-out, no placement.
     #[must_use]
     pub const fn new(dofs: Vec<Dof>, basis: Basis) -> Self {
         Self {
@@ -56,6 +74,7 @@ impl Hyperparameters {
             basis,
             ridge: 1e-3,
             shrinkage: Shrinkage::LeaveOneOut,
+            predictive: Predictive::LeaveOneOut,
             placement_m: 0.0,
         }
     }
@@ -89,6 +108,13 @@ impl Hyperparameters {
             if !within {
                 return Err(HyperparametersError::Shrinkage { pooled, diagonal });
             }
+        }
+        if let Predictive::Fixed {
+            freedom: Some(freedom),
+        } = self.predictive
+            && !(freedom.is_finite() && freedom > 2.0)
+        {
+            return Err(HyperparametersError::Freedom { freedom });
         }
         Ok(Valid(self))
     }
@@ -132,6 +158,12 @@ pub enum HyperparametersError {
     Placement {
         /// The placement.
         placement_m: f64,
+    },
+    /// Degrees of freedom without a covariance.
+    #[error("{freedom} degrees of freedom: give a finite number above 2, or none for a Gaussian")]
+    Freedom {
+        /// The degrees of freedom.
+        freedom: f64,
     },
     /// Shares below zero or above one together.
     #[error("the shrinkage {pooled} + {diagonal} is not two shares from 0 and at most 1 together")]

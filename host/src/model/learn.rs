@@ -2,25 +2,20 @@
 
 use std::path::PathBuf;
 
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use tonus_shared::promp::RowError;
 
-use super::fits::{Fitted, Groups, fit_all, residual_variance, scaled, scales};
+use super::assembly::{Learnt, choose, outside_variance, subspace_of};
+use super::fits::{Fitted, Groups, Member, fit_all, residual_variance, scaled, scales};
 use super::parts::same;
 use super::placement::Placement;
-use super::shrinkage::{Scatter, Shares};
-use super::subspace::{Deviations, Subspace, SubspaceError, extended};
-use super::weights::design;
+use super::shrinkage::Scatter;
+use super::subspace::Deviations;
 use super::{
-    Hyperparameters, HyperparametersError, Learner, Model, NotPositive, Parts, PartsError,
-    Shrinkage, Valid,
+    Hyperparameters, HyperparametersError, Learner, Model, NotPositive, PartsError, Predictive,
+    Valid,
 };
 use crate::demonstration::Demonstration;
 
-/// Phases per DoF at which the leave-one-out likelihood looks at a demonstration.
-const LIKELIHOOD_PHASES: usize = 10;
-/// Phases per DoF over which a variance of weights is averaged into one of the DoF.
-const RESIDUAL_PHASES: usize = 50;
 /// Demonstrations that make no model.
 #[derive(Debug, thiserror::Error)]
 pub enum LearnError {
@@ -38,6 +33,22 @@ pub enum LearnError {
         expected: usize,
         /// Its DoFs.
         got: usize,
+    },
+    /// Values missing where the learner needs all.
+    #[error("{}: a demonstration of `{label}` has values missing: learn by EM", file.display())]
+    Gaps {
+        /// The file it comes from.
+        file: PathBuf,
+        /// Its label.
+        label: String,
+    },
+    /// A DoF of which a skill has no value at all.
+    #[error("no demonstration of `{label}` has a value of `{dof}`: leave out one or the other")]
+    NeverSeen {
+        /// The skill.
+        label: String,
+        /// The DoF.
+        dof: String,
     },
     /// A skill with too few demonstrations.
     #[error(
@@ -167,107 +178,35 @@ fn check_lengths(fits: &[Fitted], given: &Hyperparameters) -> Result<(), LearnEr
 }
 
 fn from_fits(fits: Vec<Fitted>, given: &Hyperparameters) -> Result<Model, LearnError> {
-    let functions = given.basis.count();
-    let groups = Groups::of(&fits)?;
+    let members: Vec<_> = fits.iter().map(Member::of_fit).collect();
+    let groups = Groups::of(&members)?;
     let scale = scales(&fits, &given.dofs)?;
-    let weights = scaled(&fits, &scale, functions);
-    let deviations = Deviations::new(&weights, groups.skill, groups.counts);
-    let subspace = Subspace::of(&deviations).map_err(|error| match error {
-        SubspaceError::Nothing => LearnError::Identical,
-        SubspaceError::Factorisation => LearnError::Numerical("factorisation of the deviations"),
-    })?;
+    let weights = scaled(&fits, &scale, given.basis.count());
+    let deviations = Deviations::new(&weights, groups.skill.clone(), groups.counts.clone());
+    let subspace = subspace_of(&deviations)?;
     let outside_variance = outside_variance(&subspace.outside, given)?;
     let residual = residual_variance(&fits, &scale) + outside_variance;
     let scatter = Scatter::new(&deviations, &subspace);
     let placement = Placement::new(given, &scale)?;
-    let shares = match given.shrinkage {
-        Shrinkage::Fixed { pooled, diagonal } => Shares { pooled, diagonal },
-        Shrinkage::LeaveOneOut => choose(&scatter, &placement, &residual, given)?,
-    };
-    let directions = extended(&subspace.directions, &placement.offsets);
-    let roots = (0..groups.labels.len()).map(|skill| {
-        let inside = scatter.covariance(skill, shares);
-        root(&placement.added_to(&inside, &directions))
+    let choice = choose(&scatter, &placement, &residual, given)?;
+    let covariances = groups.counts.iter().enumerate().map(|(skill, &n)| {
+        let inside = scatter.covariance(skill, choice.shares);
+        if given.predictive == Predictive::PlugIn {
+            return inside;
+        }
+        // The mean's own uncertainty.
+        inside * (1.0 + 1.0 / n as f64)
     });
-    let roots = roots.collect::<Result<Vec<_>, _>>()?.concat();
-    let raw = |row: usize| scale[row / functions];
-    let loading = (0..directions.nrows()).flat_map(|row| {
-        let line = directions.row(row);
-        line.iter().map(|v| v * raw(row)).collect::<Vec<_>>()
-    });
-    let means = deviations.means.iter();
-    let means = means.flat_map(|mean| mean.iter().enumerate().map(|(row, v)| v * raw(row)));
-    let residual = residual.iter().zip(&scale);
-    let counts = deviations.counts.iter();
-    let parts = Parts {
-        dofs: given.dofs.clone(),
-        basis: given.basis,
-        classes: groups.classes,
-        counts: counts
-            .map(|&n| u32::try_from(n).unwrap_or(u32::MAX))
-            .collect(),
-        durations: groups.durations,
-        rank: directions.ncols(),
-        loading: loading.collect(),
-        weight_means: means.collect(),
-        roots,
-        residual_variance: residual.map(|(v, s)| v * s * s).collect(),
-        freedom: vec![None; groups.labels.len()],
-        labels: groups.labels,
+    let learnt = Learnt {
+        covariances: covariances.collect(),
+        groups,
+        means: deviations.means,
+        directions: subspace.directions,
+        residual,
         scale,
-        ridge: given.ridge,
-        placement_m: given.placement_m,
-        shrinkage: given.shrinkage,
-        pooled_share: shares.pooled,
-        diagonal_share: shares.diagonal,
+        choice,
         learner: Learner::LeastSquares,
         demonstrations: fits,
     };
-    Ok(Model::assemble(parts)?)
-}
-
-/// Mean square along the movement of what the rows of `outside` (weights) draw, per DoF.
-fn outside_variance(
-    outside: &DMatrix<f64>,
-    given: &Hyperparameters,
-) -> Result<DVector<f64>, LearnError> {
-    let phases = design(&given.basis, even(RESIDUAL_PHASES))?;
-    let functions = given.basis.count();
-    let of_dof = |dof: usize, _| {
-        let drawn = outside.columns(dof * functions, functions) * phases.transpose();
-        drawn.norm_squared() / drawn.len() as f64
-    };
-    Ok(DVector::from_fn(given.dofs.len(), of_dof))
-}
-
-/// `count` phases from 0 to 1.
-pub(super) fn even(count: usize) -> impl Iterator<Item = f64> {
-    (0..count).map(move |step| step as f64 / (count - 1) as f64)
-}
-
-fn choose(
-    scatter: &Scatter<'_>,
-    placement: &Placement,
-    residual: &DVector<f64>,
-    given: &Hyperparameters,
-) -> Result<Shares, LearnError> {
-    let phases = design(&given.basis, even(LIKELIHOOD_PHASES))?;
-    let observe = DMatrix::<f64>::identity(given.dofs.len(), given.dofs.len()).kronecker(&phases);
-    let noise = DVector::from_fn(observe.nrows(), |row, _| residual[row / LIKELIHOOD_PHASES]);
-    let offset = placement.seen(&observe);
-    scatter
-        .choose(&observe, &noise, &offset)
-        .ok_or(LearnError::Numerical("leave-one-out likelihood"))
-}
-
-/// A square root of a positive semi-definite matrix, row-major; eigenvalues that rounding put below zero are zero.
-fn root(covariance: &DMatrix<f64>) -> Result<Vec<f64>, LearnError> {
-    let symmetric = (covariance + covariance.transpose()) * 0.5;
-    let eigen = SymmetricEigen::try_new(symmetric, f64::EPSILON, 0)
-        .ok_or(LearnError::Numerical("eigenvalue decomposition"))?;
-    let mut vectors = eigen.eigenvectors;
-    for (mut column, value) in vectors.column_iter_mut().zip(eigen.eigenvalues.iter()) {
-        column *= libm::sqrt(value.max(0.0));
-    }
-    Ok(vectors.transpose().as_slice().to_vec())
+    learnt.model(&placement, given)
 }

@@ -9,8 +9,11 @@
 //! value, so that no inferred stiffness is negative: values go in through [`Dof::encode`] and come out
 //! through [`Dof::decode`].
 
+mod assembly;
+mod choice;
 pub mod cluster;
 mod dof;
+mod em;
 pub mod evaluate;
 
 mod fits;
@@ -25,8 +28,9 @@ mod subspace;
 mod weights;
 
 pub use dof::{Dof, NotPositive, Transform};
+pub use em::{Em, EmConfig, learn_em, run_em};
 pub use fits::Fitted;
 pub use fitted::{Model, View};
-pub use hyperparameters::{Hyperparameters, HyperparametersError, Shrinkage, Valid};
+pub use hyperparameters::{Hyperparameters, HyperparametersError, Predictive, Shrinkage, Valid};
 pub use learn::{LearnError, extend, fit, learn, learn_fitted};
 pub use parts::{Durations, Learner, Parts, PartsError};

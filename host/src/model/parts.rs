@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use tonus_shared::promp::{Basis, ModelError};
 
-use super::{Dof, Fitted, Shrinkage};
+use super::{Dof, Fitted, Predictive, Shrinkage};
 
 /// How long the demonstrations of a skill took, seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,6 +67,8 @@ pub struct Parts {
     pub ridge: f64,
     /// Placement it was learnt with, metres.
     pub placement_m: f64,
+    /// How the degrees of freedom were decided on.
+    pub predictive: Predictive,
     /// How the shares were decided on.
     pub shrinkage: Shrinkage,
     /// Share `a` of the pooled covariance.

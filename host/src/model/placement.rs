@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::learn::even;
+use super::assembly::even;
 use super::weights::Design;
 use super::{Hyperparameters, LearnError};
 

@@ -1,15 +1,17 @@
 //! The subspace of weight space in which the demonstrations of one skill differ from each other.
 
-use nalgebra::{DMatrix, DVector, SVD};
+use nalgebra::{DMatrix, DVector};
 
-/// Singular values below this share of the largest are rounding.
+/// Diagonal entries of the factor below this share of the first are rounding.
 const RANK_TOLERANCE: f64 = 1e-10;
 /// Deviations below this share of the weights are the rounding of their mean.
 const IDENTICAL: f64 = 1e-13;
 /// Largest share of the deviations that the factorisation may fail to give back.
-const SVD_TOLERANCE: f64 = 1e-8;
-/// Far more than the QR iteration needs.
-const SVD_ITERATIONS: usize = 100_000;
+const LOST: f64 = 1e-8;
+/// A demonstration with less than this of its own, of 1, is within what the others reach.
+const FREE: f64 = 1e-8;
+/// Less than this share of a vector outside a span is rounding.
+const WITHIN: f64 = 1e-8;
 
 /// Each demonstration's weights less the mean of its skill.
 pub(super) struct Deviations {
@@ -67,31 +69,32 @@ pub(super) struct Subspace {
 }
 
 impl Subspace {
-    /// By thin SVD of the deviations, `X = U S V^T`.
+    /// By QR of the deviations with column pivoting, `X^T = V R`: as accurate as an SVD and cheaper, and nothing
+    /// needs the principal directions.
     pub(super) fn of(deviations: &Deviations) -> Result<Self, SubspaceError> {
         let x = &deviations.rows;
-        let svd = SVD::try_new(x.clone(), true, true, f64::EPSILON, SVD_ITERATIONS)
-            .ok_or(SubspaceError::Factorisation)?;
-        let (Some(u), Some(v_t)) = (&svd.u, &svd.v_t) else {
-            return Err(SubspaceError::Factorisation);
-        };
-        let largest = svd.singular_values.max();
+        let x_t = x.transpose();
+        let factor = x_t.clone().col_piv_qr();
+        let r = factor.r();
+        let sizes = (0..r.nrows()).map(|i| r[(i, i)].abs());
+        let largest = x_t.column_iter().map(|column| column.norm());
+        let largest = largest.fold(0.0, f64::max);
         let means = deviations.means.iter().map(DVector::norm);
         let least = IDENTICAL * means.fold(0.0, f64::max);
         if !(largest.is_finite() && largest > least) {
             return Err(SubspaceError::Nothing);
         }
-        let above = |value: &&f64| **value > RANK_TOLERANCE * largest;
-        let rank = svd.singular_values.iter().filter(above).count();
+        let above = |size: &f64| *size > RANK_TOLERANCE * largest;
+        let rank = sizes.take_while(above).count();
         let rank = rank.min(deviations.freedom());
-        let u = u.columns(0, rank).into_owned();
-        let directions = v_t.rows(0, rank).transpose();
+        let directions = factor.q().columns(0, rank).into_owned();
         let coordinates = x * &directions;
-        let lost = (x - &coordinates * directions.transpose()).norm();
-        if lost.is_nan() || lost > SVD_TOLERANCE * x.norm() {
+        let lost = (&x_t - &directions * coordinates.transpose()).norm();
+        if lost.is_nan() || lost > LOST * x_t.norm() {
             return Err(SubspaceError::Factorisation);
         }
-        let outside = Self::outside(deviations, &u, &svd.singular_values, &directions);
+        let outside = Self::outside(deviations, &coordinates, &directions)
+            .ok_or(SubspaceError::Factorisation)?;
         Ok(Self {
             directions,
             coordinates,
@@ -104,31 +107,31 @@ impl Subspace {
     ///
     /// The nearest point to `w_i` that the others can reach leaves `d_i = sum_j c_j x_j`, with `c_i = 1` and `c`
     /// summing to zero over each skill. The shortest such `d_i` has `c = G+ e_i / (G+)_ii`, `G = X X^T`. With
-    /// `X = U S V^T` that is `d_i = V S^-1 u_i / |S^-1 u_i|^2`, `u_i` the row of `U`. Where the weights have fewer
-    /// dimensions than the demonstrations, others reach everything and `d_i = 0`.
+    /// `X = Z V^T`, `Z` of full column rank, that is `d_i = V y_i / |y_i|^2`, `y_i` the column of `Z+ = T^-1 U^T` where
+    /// `Z = U T`. Where the weights have fewer dimensions than the demonstrations, others reach everything and `d_i = 0`.
     fn outside(
         deviations: &Deviations,
-        u: &DMatrix<f64>,
-        singular: &DVector<f64>,
+        coordinates: &DMatrix<f64>,
         directions: &DMatrix<f64>,
-    ) -> DMatrix<f64> {
-        let mut scaled = u.clone();
-        for i in 0..u.nrows() {
+    ) -> Option<DMatrix<f64>> {
+        let factor = coordinates.clone().qr();
+        let u = factor.q();
+        let mut solved = u.transpose();
+        if !factor.unpack_r().solve_upper_triangular_mut(&mut solved) {
+            return None;
+        }
+        for (i, mut column) in solved.column_iter_mut().enumerate() {
             let count = deviations.counts[deviations.skill[i]] as f64;
             // What of e_i is neither the skill's mean nor in the range of G: then d_i = 0 is reached.
             let free = 1.0 - 1.0 / count - u.row(i).norm_squared();
-            let mut row = scaled.row_mut(i);
-            for (entry, value) in row.iter_mut().zip(singular.iter()) {
-                *entry /= *value;
-            }
-            let square = row.norm_squared();
-            row *= if free > SVD_TOLERANCE || square <= 0.0 {
+            let square = column.norm_squared();
+            column *= if free > FREE || square <= 0.0 {
                 0.0
             } else {
                 1.0 / square
             };
         }
-        scaled * directions.transpose()
+        Some(solved.transpose() * directions.transpose())
     }
 }
 
@@ -143,7 +146,7 @@ pub(super) fn extended(directions: &DMatrix<f64>, extra: &[DVector<f64>]) -> DMa
             rest -= &all * along;
         }
         let norm = rest.norm();
-        if norm > SVD_TOLERANCE * vector.norm() {
+        if norm > WITHIN * vector.norm() {
             let last = all.ncols();
             all = all.insert_column(last, 0.0);
             all.column_mut(last).copy_from(&(rest / norm));

@@ -5,7 +5,7 @@ use tonus_shared::promp::{Basis, BasisError, Family};
 
 use super::tensors::Numbers;
 use super::{ContentError, SCHEMA_VERSION};
-use crate::model::{Dof, Durations, Fitted, Learner, Parts, Shrinkage};
+use crate::model::{Dof, Durations, Fitted, Learner, Parts, Predictive, Shrinkage};
 
 /// Everything of a model but its matrices.
 #[derive(Serialize, Deserialize)]
@@ -23,6 +23,7 @@ pub(super) struct Header {
     durations: Vec<DurationsHeader>,
     /// `null` for a Gaussian.
     degrees_of_freedom: Vec<Option<f64>>,
+    predictive: Predictive,
     learner: Learner,
     pub(super) demonstrations: Vec<DemonstrationHeader>,
     ridge: f64,
@@ -103,6 +104,7 @@ impl Header {
             counts: parts.counts.clone(),
             durations: durations.collect(),
             degrees_of_freedom: parts.freedom.clone(),
+            predictive: parts.predictive,
             learner: parts.learner,
             demonstrations: kept.collect(),
             ridge: parts.ridge,
@@ -185,6 +187,7 @@ impl Header {
             counts: self.counts,
             durations: durations.collect(),
             freedom: self.degrees_of_freedom,
+            predictive: self.predictive,
             learner: self.learner,
             demonstrations: kept.collect(),
             scale: numbers.scale,

@@ -10,7 +10,7 @@ mod relearned;
 
 use serde_json::Value;
 use tonus::demonstration::Demonstration;
-use tonus::model::{Dof, Hyperparameters, LearnError, Model, Parts, Shrinkage, learn};
+use tonus::model::{Dof, Hyperparameters, LearnError, Model, Parts, Predictive, Shrinkage, learn};
 use tonus::table::Table;
 use tonus_shared::promp::{Basis, Observation, Row, Trajectory, trajectory_scratch_len};
 
@@ -51,7 +51,10 @@ fn reference(dofs: &[&str], one_label: bool) -> Vec<Demonstration> {
 
 fn plain(dofs: &[&str], functions: usize) -> Hyperparameters {
     let dofs = dofs.iter().map(|&name| Dof::position(name)).collect();
-    Hyperparameters::new(dofs, Basis::gaussian(functions).unwrap())
+    Hyperparameters {
+        predictive: Predictive::PlugIn,
+        ..Hyperparameters::new(dofs, Basis::gaussian(functions).unwrap())
+    }
 }
 
 /// Learns as the reference did, and leaves out what it leaves out: shrinkage and residual variance.
@@ -169,6 +172,7 @@ fn a_placement_adds_a_constant_offset_to_positions_alone() {
         };
         let given = Hyperparameters {
             shrinkage: fixed,
+            predictive: Predictive::PlugIn,
             ..Hyperparameters::new(dofs, basis.unwrap())
         };
         let placed = Hyperparameters {

@@ -4,8 +4,8 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::ClusterError;
 use crate::demonstration::Demonstration;
+use crate::model::assembly::even;
 use crate::model::fits::{fit_all, scaled, scales};
-use crate::model::learn::even;
 use crate::model::weights::design;
 use crate::model::{Fitted, Hyperparameters, LearnError, Valid};
 
