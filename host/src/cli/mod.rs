@@ -11,6 +11,7 @@ mod info;
 mod options;
 mod progress;
 mod train;
+mod unlabelled;
 mod view;
 
 use std::io::Write;

@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
-use tonus::demonstration::{Choice, Demonstration, ReadError, read, read_with_gaps};
+use tonus::demonstration::{
+    Choice, Demonstration, ReadError, read, read_unlabelled, read_with_gaps,
+};
 use tonus::model::{Dof, Transform};
 use tonus::table::Table;
 use tonus_shared::promp::Basis;
@@ -177,6 +179,15 @@ pub(super) fn demonstrations_with_gaps(
     exclude: &[String],
 ) -> Result<Vec<Demonstration>> {
     each(files, dofs, exclude, read_with_gaps)
+}
+
+/// The same, some of them without a label.
+pub(super) fn unlabelled_demonstrations(
+    files: &[PathBuf],
+    dofs: &[Dof],
+    exclude: &[String],
+) -> Result<Vec<Demonstration>> {
+    each(files, dofs, exclude, read_unlabelled)
 }
 
 fn each(

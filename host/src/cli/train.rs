@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use serde_json::json;
 use tonus::demonstration::Demonstration;
+use tonus::model::cluster::Labelled;
 use tonus::model::{
     Dof, EmConfig, Hyperparameters, HyperparametersError, Model, extend, learn, learn_em,
 };
@@ -12,6 +13,7 @@ use tonus::store;
 use tonus_shared::promp::Basis;
 
 use super::progress::Progress;
+use super::unlabelled::{self, UnlabelledArgs};
 use super::{UsageError, keep_inputs, options, say};
 
 const EXAMPLE: &str = "Example:
@@ -64,6 +66,15 @@ pub(crate) struct TrainArgs {
     /// another.
     #[arg(long, value_name = "M", value_parser = options::not_negative, default_value = "0")]
     placement_m: f64,
+    #[command(flatten)]
+    unlabelled: UnlabelledArgs,
+}
+
+/// A model, what it was learnt from, and what clustering found there.
+struct Learnt {
+    model: Model,
+    demonstrations: Vec<Demonstration>,
+    labelled: Option<Labelled>,
 }
 
 impl TrainArgs {
@@ -73,7 +84,11 @@ impl TrainArgs {
         inputs.extend(self.add_to.clone());
         keep_inputs(&inputs, &self.output)?;
         let progress = Progress::spinner("learning", !json && stderr().is_terminal());
-        let (model, demonstrations) = self.learn()?;
+        let Learnt {
+            model,
+            demonstrations,
+            labelled,
+        } = self.learn()?;
         store::save(&model, &self.output)?;
         progress.finish();
         let functions = model.parts().basis.count();
@@ -84,6 +99,9 @@ impl TrainArgs {
             summary["model"] = json!(self.output);
             summary["demonstrations"] = json!(demonstrations.len());
             summary["with_fewer_samples_than_functions"] = json!(sparse);
+            if let Some(labelled) = &labelled {
+                summary["clusters"] = unlabelled::summary(labelled);
+            }
             return say(&format!("{summary}\n"));
         }
         let mut text = super::info::model_text(&model);
@@ -93,15 +111,22 @@ impl TrainArgs {
                 demonstrations.len()
             );
         }
+        if let Some(labelled) = &labelled {
+            text += &unlabelled::text(labelled);
+        }
         say(&format!("{}: {text}", self.output.display()))
     }
 
-    /// The model, and the demonstrations of the files.
-    fn learn(&self) -> anyhow::Result<(Model, Vec<Demonstration>)> {
+    fn learn(&self) -> anyhow::Result<Learnt> {
+        let of = |model, demonstrations| Learnt {
+            model,
+            demonstrations,
+            labelled: None,
+        };
         if let Some(path) = &self.add_to {
             let old = store::load(path)?;
             let added = options::demonstrations(&self.files, old.dofs(), &self.exclude)?;
-            return Ok((extend(&old, &added)?, added));
+            return Ok(of(extend(&old, &added)?, added));
         }
         let hyperparameters = Hyperparameters {
             ridge: self.ridge,
@@ -115,17 +140,23 @@ impl TrainArgs {
             other => other.into(),
         })?;
         let dofs = &valid.get().dofs;
-        let read = if self.em {
-            options::demonstrations_with_gaps
-        } else {
-            options::demonstrations
-        };
-        let demonstrations = read(&self.files, dofs, &self.exclude)?;
-        let model = if self.em {
-            learn_em(&demonstrations, &valid, &EmConfig::default())?
-        } else {
-            learn(&demonstrations, &valid)?
-        };
-        Ok((model, demonstrations))
+        if self.unlabelled.wanted() {
+            let demonstrations =
+                options::unlabelled_demonstrations(&self.files, dofs, &self.exclude)?;
+            let labelled = self.unlabelled.label(&demonstrations, &valid)?;
+            return Ok(Learnt {
+                model: learn(&labelled.demonstrations, &valid)?,
+                demonstrations,
+                labelled: Some(labelled),
+            });
+        }
+        if self.em {
+            let demonstrations =
+                options::demonstrations_with_gaps(&self.files, dofs, &self.exclude)?;
+            let model = learn_em(&demonstrations, &valid, &EmConfig::default())?;
+            return Ok(of(model, demonstrations));
+        }
+        let demonstrations = options::demonstrations(&self.files, dofs, &self.exclude)?;
+        Ok(of(learn(&demonstrations, &valid)?, demonstrations))
     }
 }

@@ -8,7 +8,7 @@
 mod path;
 mod read;
 
-pub use read::{Choice, ReadError, read, read_with_gaps};
+pub use read::{Choice, ReadError, read, read_unlabelled, read_with_gaps};
 
 use std::path::{Path, PathBuf};
 

@@ -14,6 +14,9 @@ impl Demonstration {
         for series in &mut turned.values {
             series.reverse();
         }
+        for present in &mut turned.present {
+            present.reverse();
+        }
         turned.t_s = self.t_s.iter().rev().map(|t| ends_s - t).collect();
         turned
     }

@@ -42,7 +42,7 @@ pub enum ReadError {
         labels: Vec<String>,
     },
     /// A row without a label.
-    #[error("{}:{line}: column `label`: empty, name the skill or a label to exclude", file.display())]
+    #[error("{}:{line}: column `label`: empty, name the skill or a label to exclude (or train with --components)", file.display())]
     NoLabel {
         /// The file.
         file: PathBuf,
@@ -59,7 +59,21 @@ pub enum ReadError {
 /// A column that is missing, a cell that is not a finite number, an empty label, times that do not increase
 /// within a demonstration, fewer than two rows of it, nothing left.
 pub fn read(table: &Table, choice: &Choice<'_>) -> Result<Vec<Demonstration>, ReadError> {
-    runs(table, choice, Gaps::OfRows)
+    runs(table, choice, &labels(table)?, Gaps::OfRows)
+}
+
+/// The same, but a label may be empty, or the column missing: such a demonstration has an empty label, and a
+/// contiguous run of rows without a label in one trial is one demonstration.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_unlabelled(
+    table: &Table,
+    choice: &Choice<'_>,
+) -> Result<Vec<Demonstration>, ReadError> {
+    let labels = table.text("label");
+    let labels = labels.unwrap_or_else(|_| vec![""; table.rows()]);
+    runs(table, choice, &labels, Gaps::OfRows)
 }
 
 /// The same, but an empty cell is a missing value of its DoF alone; only rows without any value are left out.
@@ -67,7 +81,19 @@ pub fn read(table: &Table, choice: &Choice<'_>) -> Result<Vec<Demonstration>, Re
 /// # Errors
 /// As [`read`].
 pub fn read_with_gaps(table: &Table, choice: &Choice<'_>) -> Result<Vec<Demonstration>, ReadError> {
-    runs(table, choice, Gaps::OfCells)
+    runs(table, choice, &labels(table)?, Gaps::OfCells)
+}
+
+/// Label of every row, none of them empty.
+fn labels(table: &Table) -> Result<Vec<&str>, ReadError> {
+    let labels = table.text("label")?;
+    match labels.iter().position(|label| label.is_empty()) {
+        Some(row) => Err(ReadError::NoLabel {
+            file: table.file().to_owned(),
+            line: table.place(row, "label").line,
+        }),
+        None => Ok(labels),
+    }
 }
 
 /// What an empty cell leaves out.
@@ -77,17 +103,15 @@ enum Gaps {
     OfCells,
 }
 
-fn runs(table: &Table, choice: &Choice<'_>, gaps: Gaps) -> Result<Vec<Demonstration>, ReadError> {
-    let labels = table.text("label")?;
+fn runs(
+    table: &Table,
+    choice: &Choice<'_>,
+    labels: &[&str],
+    gaps: Gaps,
+) -> Result<Vec<Demonstration>, ReadError> {
     let trials = table.text("trial")?;
     for dof in choice.dofs {
         table.text(dof)?;
-    }
-    if let Some(row) = labels.iter().position(|label| label.is_empty()) {
-        return Err(ReadError::NoLabel {
-            file: table.file().to_owned(),
-            line: table.place(row, "label").line,
-        });
     }
     let mut found = Vec::new();
     let mut start = 0;

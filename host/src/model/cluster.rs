@@ -11,6 +11,7 @@ mod choose;
 mod component;
 mod directions;
 mod em;
+mod naming;
 mod space;
 mod start;
 mod variants;
@@ -20,6 +21,7 @@ mod tests;
 
 pub use agreement::adjusted_rand_index;
 pub use directions::both_ways;
+pub use naming::{Labelled, label};
 pub use variants::{ClassVariants, Variants, variants};
 
 use nalgebra::DMatrix;
@@ -85,8 +87,8 @@ pub struct Candidate {
     pub left: usize,
     /// Their covariances.
     pub covariances: Covariances,
-    /// Mean log density of an unlabelled demonstration under the mixture fitted without its fold, nats. `None` where
-    /// nothing can be held out: fewer than 4 unlabelled demonstrations.
+    /// Mean log density of an unlabelled demonstration under the mixture fitted without its fold, nats (with the tails
+    /// that the uncertainty of means and covariances gives it). `None` where nothing can be held out: fewer than 4 unlabelled demonstrations.
     pub held_out: Option<f64>,
     /// Bayesian information criterion of the fit to all, `-2 log L + parameters log N`: less is better.
     pub bic: f64,

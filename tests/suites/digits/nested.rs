@@ -7,7 +7,9 @@ use std::sync::{Arc, Mutex};
 use tonus::demonstration::{Choice as Columns, Demonstration, read};
 use tonus::model::cluster::{ClusterConfig, both_ways, variants};
 use tonus::model::recognise::Recogniser;
-use tonus::model::{Dof, Fitted, Hyperparameters, Model, Shrinkage, Valid, fit, learn_fitted};
+use tonus::model::{
+    Dof, Fitted, Hyperparameters, Model, Predictive, Shrinkage, Valid, fit, learn_fitted,
+};
 use tonus::table::Table;
 use tonus_shared::promp::Basis;
 
@@ -134,10 +136,7 @@ impl Data {
                 labelled.map(relabel).collect()
             }
         };
-        let model = learn_fitted(taught, &valid).expect("a model");
-        let mut parts = model.parts().clone();
-        parts.freedom.fill(setting.freedom);
-        Model::assemble(parts).expect("a model")
+        learn_fitted(taught, &valid).expect("a model")
     }
 
     /// What the model, learnt with this setting, makes of some recordings.
@@ -190,6 +189,9 @@ fn valid(setting: &Setting) -> Valid {
         shrinkage: Shrinkage::Fixed {
             pooled: setting.pooled,
             diagonal: setting.diagonal,
+        },
+        predictive: Predictive::Fixed {
+            freedom: setting.freedom,
         },
         ..Hyperparameters::new(dofs, Basis::gaussian(setting.functions).expect("a basis"))
     };

@@ -4,7 +4,7 @@ use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
-use super::component::{log_density, log_joint};
+use super::component::log_predictive;
 use super::em::{Data, Fit};
 use super::start::{Metric, start};
 use super::{Candidate, ClusterConfig, ClusterError};
@@ -84,7 +84,7 @@ fn try_count(
         let unseen = data.space.points.select_columns(fold);
         let fits = restarts(training, components, config.restarts, &mut rng)?;
         for (fit, held_out) in fits.iter().zip(&mut held_out) {
-            held_out.extend(log_density(&log_joint(&fit.mixture, &unseen)?));
+            held_out.extend(log_predictive(&fit.mixture, &unseen)?);
         }
     }
     let fits = restarts(data, components, config.restarts, &mut rng)?;

@@ -1,5 +1,7 @@
 //! A mixture of Gaussians over points.
 
+use core::f64::consts::{PI, TAU};
+
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::ClusterError;
@@ -12,6 +14,12 @@ pub(super) struct Component {
     pub(super) mean: DVector<f64>,
     /// `p x p`.
     pub(super) covariance: DMatrix<f64>,
+    /// Points that the mean was taken over.
+    pub(super) points: f64,
+    /// Points that the covariance was taken over, the prior's among them.
+    pub(super) spread_over: f64,
+    /// Those less the means that they were taken about.
+    pub(super) freedom: f64,
 }
 
 impl Component {
@@ -19,25 +27,47 @@ impl Component {
         factor(&self.covariance)
     }
 
-    /// Logarithm of the share times the density of each column of `points`.
-    pub(super) fn log_joint(&self, points: &DMatrix<f64>) -> Result<Vec<f64>, ClusterError> {
+    /// Squared Mahalanobis distance of each column of `points`, and the covariance's log determinant.
+    fn distances(&self, points: &DMatrix<f64>) -> Result<(Vec<f64>, f64), ClusterError> {
         let factor = self.factor()?;
-        let l = factor.l_dirty();
         let mut centred = points.clone();
         for mut column in centred.column_iter_mut() {
             column -= &self.mean;
         }
-        if !l.solve_lower_triangular_mut(&mut centred) {
+        if !factor.l_dirty().solve_lower_triangular_mut(&mut centred) {
             return Err(ClusterError::Numerical(
                 "solution for a component's distance",
             ));
         }
-        let dimensions = points.nrows() as f64;
-        let constant = self.log_weight
-            - 0.5 * dimensions * libm::log(core::f64::consts::TAU)
-            - 0.5 * log_determinant(&factor);
         let squares = centred.column_iter().map(|column| column.norm_squared());
-        Ok(squares.map(|square| constant - 0.5 * square).collect())
+        Ok((squares.collect(), log_determinant(&factor)))
+    }
+
+    /// Logarithm of the share times the density of each column of `points`.
+    fn log_joint(&self, points: &DMatrix<f64>) -> Result<Vec<f64>, ClusterError> {
+        let (squares, log_determinant) = self.distances(points)?;
+        let dimensions = points.nrows() as f64;
+        let constant = self.log_weight - 0.5 * (dimensions * libm::log(TAU) + log_determinant);
+        let of = |square: f64| constant - 0.5 * square;
+        Ok(squares.into_iter().map(of).collect())
+    }
+
+    /// The same for points that were not there when the component was fitted: mean and covariance `C = S / n` of few
+    /// points are uncertain, and a new point is Student-t about the mean, with `f - p + 1` degrees of freedom (`f` those
+    /// of the scatter `S`; at least one) and the scale `S (1 + 1 / m) / (f - p + 1)`, `m` the points of the mean.
+    ///
+    /// Source: Gelman et al., Bayesian Data Analysis, 3rd ed., section 3.6.
+    fn log_predictive(&self, points: &DMatrix<f64>) -> Result<Vec<f64>, ClusterError> {
+        let (squares, log_determinant) = self.distances(points)?;
+        let p = points.nrows() as f64;
+        let freedom = (self.freedom - p + 1.0).max(1.0);
+        let wider = self.spread_over * (1.0 + 1.0 / self.points) / freedom;
+        let constant = self.log_weight + libm::lgamma(0.5 * (freedom + p))
+            - libm::lgamma(0.5 * freedom)
+            - 0.5 * (p * libm::log(freedom * PI * wider) + log_determinant);
+        let tail = |square: f64| 0.5 * (freedom + p) * libm::log1p(square / (wider * freedom));
+        let of = |square: f64| constant - tail(square);
+        Ok(squares.into_iter().map(of).collect())
     }
 }
 
@@ -63,6 +93,18 @@ pub(super) fn log_joint(
         column.copy_from_slice(&component.log_joint(points)?);
     }
     Ok(joint)
+}
+
+/// Log density of points that the mixture was not fitted to.
+pub(super) fn log_predictive(
+    mixture: &[Component],
+    points: &DMatrix<f64>,
+) -> Result<Vec<f64>, ClusterError> {
+    let mut joint = DMatrix::zeros(points.ncols(), mixture.len());
+    for (mut column, component) in joint.column_iter_mut().zip(mixture) {
+        column.copy_from_slice(&component.log_predictive(points)?);
+    }
+    Ok(log_density(&joint))
 }
 
 /// Log density of each point under the whole mixture, from the joint's rows.

@@ -287,12 +287,19 @@ impl Fit {
                 log_weight: libm::log(size / n),
                 mean,
                 covariance,
+                points: size,
+                spread_over: size + self.prior.points,
+                freedom: size + self.prior.points - 1.0,
             });
         }
         if self.covariances == Covariances::Tied {
-            shared /= n + self.prior.points;
+            let spread_over = n + self.prior.points;
+            shared /= spread_over;
+            let means = mixture.len() as f64;
             for component in &mut mixture {
                 component.covariance.clone_from(&shared);
+                component.spread_over = spread_over;
+                component.freedom = spread_over - means;
             }
         }
         Ok(mixture)
