@@ -467,6 +467,3 @@ fn groups(demonstrations: &[Demonstration], class: &[usize], classes: usize) -> 
         (0..demonstrations.len()).collect()
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -1,6 +1,9 @@
 //! The novelty gate on real movements: each class is left out of the library in turn.
 #![allow(missing_docs, reason = "test suite")]
 
+mod kernel;
+mod learnt;
+
 use std::collections::BTreeSet;
 
 use tonus::demonstration::Demonstration;

@@ -128,8 +128,3 @@ fn upper_quantile(sorted: &[f64], rate: f64) -> f64 {
     let above = (below + 1).min(last);
     sorted[below] + (place - below as f64) * (sorted[above] - sorted[below])
 }
-
-#[cfg(test)]
-pub(super) fn quantile_of(sorted: &[f64], rate: f64) -> f64 {
-    upper_quantile(sorted, rate)
-}
