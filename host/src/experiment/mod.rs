@@ -19,11 +19,14 @@ pub mod recordings;
 mod statistics;
 mod widths;
 
+use std::path::PathBuf;
+
 use serde::Serialize;
 use serde_json::Value;
 
 use crate::demonstration::{DemonstrationError, ReadError};
 use crate::model::cluster::ClusterError;
+use crate::model::evaluate::EvaluateError;
 use crate::model::recognise::RecogniseError;
 use crate::model::{HyperparametersError, LearnError};
 use crate::simulate::difficulty::DensityError;
@@ -156,6 +159,17 @@ pub enum ExperimentError {
     /// The simulator's own densities.
     #[error(transparent)]
     Density(#[from] DensityError),
+    /// A folder of recordings that is not there.
+    #[error("{}: the recording cannot be read", folder.display())]
+    Folder {
+        /// The folder.
+        folder: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// Evaluation.
+    #[error(transparent)]
+    Evaluate(#[from] EvaluateError),
     /// A recording that cannot be opened.
     #[error(transparent)]
     Table(#[from] TableError),
