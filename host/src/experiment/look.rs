@@ -16,7 +16,7 @@ pub(super) const HAND_STIFFNESS: [usize; 3] = [3, 4, 5];
 pub(super) const ROBOT: [usize; 3] = [6, 7, 8];
 pub(super) const ROBOT_STIFFNESS: [usize; 3] = [9, 10, 11];
 /// Standard deviation of a streamed stiffness as a share of it, as the demo's session has it.
-const STIFFNESS_SIGMA: f64 = 0.05;
+pub(super) const STIFFNESS_SIGMA: f64 = 0.05;
 
 /// What is observed of a movement.
 #[derive(Debug, Clone, PartialEq)]

@@ -17,6 +17,7 @@ pub mod object_matching;
 pub mod pick_and_place;
 pub mod recordings;
 mod statistics;
+pub mod tempo;
 mod widths;
 
 use std::path::PathBuf;
@@ -33,6 +34,7 @@ use crate::simulate::difficulty::DensityError;
 use crate::simulate::operator::OperatorError;
 use crate::simulate::rig::RigError;
 use crate::table::TableError;
+use tonus_shared::onset::OnsetError;
 use tonus_shared::promp::{BasisError, ModelError};
 
 /// Basis functions of each DoF in every experiment (section 3.1).
@@ -147,6 +149,9 @@ pub enum ExperimentError {
     /// Learning.
     #[error(transparent)]
     Learn(#[from] LearnError),
+    /// The onset of a movement.
+    #[error(transparent)]
+    Onset(#[from] OnsetError),
     /// Clustering.
     #[error(transparent)]
     Cluster(#[from] ClusterError),
