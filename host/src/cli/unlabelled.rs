@@ -12,12 +12,12 @@ use tonus::model::cluster::{ClusterConfig, Covariances, Labelled, label};
 pub(super) struct UnlabelledArgs {
     /// Leave all labels aside, find which demonstrations belong together and how many skills there are, and call them
     /// skill1, skill2 ...
-    #[arg(long, conflicts_with_all = ["add_to"])]
+    #[arg(long, conflicts_with_all = ["add_to", "em"])]
     unlabelled: bool,
     /// How many skills: a number, or `auto` for the number that explains demonstrations left out best. Without
     /// --unlabelled, demonstrations with a label keep it, and those whose label cell is empty join them or make
     /// skills of their own.
-    #[arg(long, value_name = "N|auto", value_parser = components, conflicts_with_all = ["add_to"])]
+    #[arg(long, value_name = "N|auto", value_parser = components, conflicts_with_all = ["add_to", "em"])]
     components: Option<Components>,
 }
 

@@ -18,7 +18,10 @@ pub mod object_matching;
 pub mod pick_and_place;
 pub mod recordings;
 mod statistics;
+pub mod tempo;
 mod widths;
+
+use std::path::PathBuf;
 
 use serde::Serialize;
 use serde_json::Value;
@@ -26,12 +29,14 @@ use serde_json::Value;
 use crate::baseline::BaselineError;
 use crate::demonstration::{DemonstrationError, ReadError};
 use crate::model::cluster::ClusterError;
+use crate::model::evaluate::EvaluateError;
 use crate::model::recognise::RecogniseError;
 use crate::model::{HyperparametersError, LearnError};
 use crate::simulate::difficulty::DensityError;
 use crate::simulate::operator::OperatorError;
 use crate::simulate::rig::RigError;
 use crate::table::TableError;
+use tonus_shared::onset::OnsetError;
 use tonus_shared::promp::{BasisError, ModelError};
 
 /// Basis functions of each DoF in every experiment (section 3.1).
@@ -152,6 +157,9 @@ pub enum ExperimentError {
     /// Another method.
     #[error(transparent)]
     Baseline(#[from] BaselineError),
+    /// The onset of a movement.
+    #[error(transparent)]
+    Onset(#[from] OnsetError),
     /// Clustering.
     #[error(transparent)]
     Cluster(#[from] ClusterError),
@@ -164,6 +172,17 @@ pub enum ExperimentError {
     /// The simulator's own densities.
     #[error(transparent)]
     Density(#[from] DensityError),
+    /// A folder of recordings that is not there.
+    #[error("{}: the recording cannot be read", folder.display())]
+    Folder {
+        /// The folder.
+        folder: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// Evaluation.
+    #[error(transparent)]
+    Evaluate(#[from] EvaluateError),
     /// A recording that cannot be opened.
     #[error(transparent)]
     Table(#[from] TableError),

@@ -7,6 +7,7 @@ use serde::Serialize;
 use super::bands::{figure, infer};
 use super::figures::{Inference, Trace};
 use super::look::{Answers, Look, Looks, answer, recognise, score};
+use super::tempo::{self, UnknownTempo};
 use super::widths::NOMINAL;
 use super::{Config, ExperimentError, Point, Progress, Score, Sweeps, data};
 use crate::demonstration::Demonstration;
@@ -30,8 +31,7 @@ pub struct PickAndPlace {
     /// The demonstrations clustered without their labels.
     pub unlabelled: Unlabelled,
     /// Onset and duration of each movement not announced.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub unknown_tempo: Option<UnknownTempo>,
+    pub unknown_tempo: UnknownTempo,
     /// Over what is observed, each by models that were learnt without the demonstration tested.
     #[serde(flatten)]
     pub sweeps: Sweeps,
@@ -47,21 +47,6 @@ pub struct Unlabelled {
     pub components: usize,
     /// Agreement with the labels, 1 for the same partition, 0 for what chance gives (Hubert and Arabie 1985).
     pub adjusted_rand_index: f64,
-}
-
-/// Recognition at a tempo and onset that nobody announces.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct UnknownTempo {
-    /// Movements at 0.7 to 1.4 times the demonstrated duration, tempo and onset inferred, whole movement.
-    pub inferred: Score,
-    /// The same movements, duration and onset announced.
-    pub announced: Score,
-    /// The same movements, taken to last as long as the demonstrations did.
-    pub assumed: Score,
-    /// Tempo and onset inferred, first half.
-    pub inferred_first_half: Score,
-    /// Root mean square error of the inferred duration over the true one.
-    pub duration_error: f64,
 }
 
 /// What the report shows beside the numbers.
@@ -139,7 +124,7 @@ pub fn run(
         three_observations: at(&sweeps.by_observations, 3.0),
         training,
         unlabelled: unlabelled(&demonstrations, config.seed)?,
-        unknown_tempo: None,
+        unknown_tempo: tempo::run(&demonstrations, config)?,
         sweeps,
         figures: Figures {
             demonstrations,
