@@ -9,6 +9,7 @@ pub mod envelope;
 pub mod experiment;
 pub mod link;
 pub mod model;
+pub mod report;
 pub mod robot;
 pub mod session;
 pub mod simulate;

@@ -70,7 +70,7 @@ ROOMS = {
         # Other methods on the same demonstrations, for comparison: nothing stands on them but the experiments.
         "baseline": {"demonstration", "model"},
         "experiment": {"baseline", "demonstration", "link", "model", "robot", "session", "simulate", "table"},
-        "report": {"experiment", "model"},
+        "report": {"atomic", "demonstration", "experiment", "model", "session"},
         "cli": ANY,
     }),
 }
