@@ -124,7 +124,7 @@ impl<'m> Session<'m> {
     /// [`SessionError::MissingDof`] when the model lacks one of [`DOFS`].
     pub fn new(recogniser: Recogniser<'m>, config: SessionConfig) -> Result<Self, SessionError> {
         let follower = Follower::Announced {
-            recogniser,
+            recogniser: Box::new(recogniser),
             movement: None,
         };
         Self::following(follower, config)

@@ -124,40 +124,18 @@ fn skills_are_learnt_evaluated_and_inferred() {
     ]);
     let described = json(&["info", text(&model)]);
     assert!(described.to_string().contains("late"), "{described}");
-    let more = folder.path().join("more.tonus");
-    tonus(&[
-        "train",
-        text(&fresh),
-        "--add-to",
-        text(&model),
-        "-o",
-        text(&more),
-    ]);
-    let by_em = folder.path().join("em.tonus");
-    tonus(&[
-        "train",
-        text(&learnt),
-        "--em",
-        "-o",
-        text(&by_em),
-        "--dofs",
-        "x,y",
-        "--basis",
-        "gaussian:8",
-    ]);
-    assert_eq!(json(&["info", text(&by_em)])["learner"], "em");
-    let kept = |path| json(&["info", text(path)])["demonstrations_kept"].clone();
-    assert_eq!(
-        kept(&more).as_u64(),
-        kept(&model).as_u64().map(|count| 2 * count)
-    );
+    evaluated([&learnt, &fresh], &model);
+    inferred(&model, &out);
+}
 
+/// Held-out and left-out movements are recognised.
+fn evaluated([learnt, fresh]: [&Path; 2], model: &Path) {
     for held_out in [
-        &["eval", text(&model), text(&fresh), "--sigma-m", "0.002"][..],
+        &["eval", text(model), text(fresh), "--sigma-m", "0.002"][..],
         &[
             "eval",
-            text(&model),
-            text(&learnt),
+            text(model),
+            text(learnt),
             "--sigma-m",
             "0.002",
             "--leave-one-out",
@@ -178,7 +156,10 @@ fn skills_are_learnt_evaluated_and_inferred() {
             "{evaluation}"
         );
     }
+}
 
+/// A part of a movement is recognised and the rest inferred.
+fn inferred(model: &Path, out: &Path) {
     let observe = [
         "--at",
         "0.3",
@@ -189,12 +170,12 @@ fn skills_are_learnt_evaluated_and_inferred() {
         "--observe",
         "x=0.24",
     ];
-    let mut arguments = vec!["infer", text(&model), "--recognise"];
+    let mut arguments = vec!["infer", text(model), "--recognise"];
     arguments.extend(observe);
-    arguments.extend(["--sigma", "0.001", "-o", text(&out)]);
+    arguments.extend(["--sigma", "0.001", "-o", text(out)]);
     let inferred = json(&arguments);
     assert_eq!(inferred["label"], "steady");
-    let (phase, x, y) = (column(&out, "phase"), column(&out, "x"), column(&out, "y"));
+    let (phase, x, y) = (column(out, "phase"), column(out, "x"), column(out, "y"));
     for ((s, x), y) in phase.iter().zip(&x).zip(&y) {
         assert!((x - 0.4 * s).abs() < 0.01, "x is {x} at {s}");
         assert!(
@@ -205,4 +186,37 @@ fn skills_are_learnt_evaluated_and_inferred() {
     // A label that is given is believed, whatever was observed.
     arguments[2..=2].copy_from_slice(&["--label=late"]);
     assert_eq!(json(&arguments)["label"], "late");
+}
+
+#[test]
+fn models_are_learnt_by_adding_and_by_em() {
+    let folder = tempfile::tempdir().unwrap();
+    let [learnt, fresh, model, more, by_em] = [
+        "learnt.csv",
+        "fresh.csv",
+        "skills.tonus",
+        "more.tonus",
+        "em.tonus",
+    ]
+    .map(|name| folder.path().join(name));
+    demonstrations(&learnt, 1);
+    demonstrations(&fresh, 2);
+    let setting = ["--dofs", "x,y", "--basis", "gaussian:8"];
+    let mut train = vec!["train", text(&learnt), "-o", text(&model)];
+    train.extend(setting);
+    tonus(&train);
+    tonus(&[
+        "train",
+        text(&fresh),
+        "--add-to",
+        text(&model),
+        "-o",
+        text(&more),
+    ]);
+    let kept = |path| json(&["info", text(path)])["demonstrations_kept"].as_u64();
+    assert_eq!((kept(&model), kept(&more)), (Some(24), Some(48)));
+    train[3] = text(&by_em);
+    train.push("--em");
+    tonus(&train);
+    assert_eq!(json(&["info", text(&by_em)])["learner"], "em");
 }

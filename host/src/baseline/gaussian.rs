@@ -4,6 +4,9 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::BaselineError;
 
+/// Of a covariance, whatever its size.
+type Factor = Cholesky<f64, nalgebra::Dyn>;
+
 /// `ln(2 pi)`.
 const LN_TWO_PI: f64 = 1.837_877_066_409_345_5;
 
@@ -112,10 +115,7 @@ impl Gaussian {
         })
     }
 
-    fn innovation(
-        &self,
-        seen: &Seen,
-    ) -> Result<(Option<Cholesky<f64, nalgebra::Dyn>>, DVector<f64>), BaselineError> {
+    fn innovation(&self, seen: &Seen) -> Result<(Option<Factor>, DVector<f64>), BaselineError> {
         let count = seen.which.len();
         let error = DVector::from_fn(count, |i, _| seen.values[i] - self.mean[seen.which[i]]);
         if count == 0 {

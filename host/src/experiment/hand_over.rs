@@ -313,7 +313,7 @@ impl Asked<'_> {
         &mut self,
         six: &[Demonstration],
     ) -> Result<(Vec<NewMotion>, Vec<Vec<Inference>>), ExperimentError> {
-        let mut inferences = vec![Vec::with_capacity(six.len()); 3];
+        let mut inferences = vec![Vec::new(); 3];
         let mut motions = Vec::with_capacity(six.len());
         let looks = schemes_of();
         let widths = looks.iter().map(|look| self.left_out.widths(look));

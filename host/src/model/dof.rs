@@ -103,6 +103,16 @@ impl Dof {
         }
     }
 
+    /// The value in the DoF's unit of a quantile of what the model has: quantiles go through any increasing transform,
+    /// so that of a logarithm is its exponential and never negative.
+    #[must_use]
+    pub fn decode_quantile(&self, quantile: f64) -> f64 {
+        match self.transform {
+            Transform::Identity => quantile,
+            Transform::Log => libm::exp(quantile),
+        }
+    }
+
     /// Change of a decoded `mean` from the change of what the model has; that of its variance is left out.
     #[must_use]
     pub fn decode_rate(&self, mean: f64, rate: f64) -> f64 {

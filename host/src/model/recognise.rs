@@ -5,7 +5,7 @@ use tonus_shared::promp::{
 };
 
 use super::tempo::TempoError;
-use super::{Model, NotPositive, View};
+use super::{Model, NotPositive, Spread, View};
 
 /// What the model refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -153,5 +153,25 @@ impl<'m> Recogniser<'m> {
             std,
             rate: signal.decode_rate(mean, slope.mean),
         })
+    }
+
+    /// The same as a distribution, for intervals.
+    ///
+    /// # Errors
+    /// A DoF or skill that there is not, a phase that is not finite.
+    pub fn spread(
+        &self,
+        skill: usize,
+        dof: usize,
+        phase: f64,
+    ) -> Result<Spread<'m>, RecogniseError> {
+        let (skills, dofs) = (self.model.labels().len(), self.model.dofs().len());
+        let spread = Spread::of(self.model, &self.mixture, (skill, dof, phase))?;
+        let (what, index, count) = if dof < dofs {
+            ("skill", skill, skills)
+        } else {
+            ("DoF", dof, dofs)
+        };
+        spread.ok_or(RecogniseError::Unknown { what, index, count })
     }
 }

@@ -18,7 +18,6 @@ pub(super) enum Ink {
     Vermillion,
     Green,
     Orange,
-    Sky,
     Purple,
 }
 
@@ -111,7 +110,6 @@ impl Ink {
             Self::Vermillion => "var(--vermillion)",
             Self::Green => "var(--green)",
             Self::Orange => "var(--orange)",
-            Self::Sky => "var(--sky)",
             Self::Purple => "var(--purple)",
         }
     }

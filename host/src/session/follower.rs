@@ -28,7 +28,7 @@ pub(super) enum Sensor {
 pub(super) enum Follower<'m> {
     /// Start and duration come with [`super::Event::Began`].
     Announced {
-        recogniser: Recogniser<'m>,
+        recogniser: Box<Recogniser<'m>>,
         movement: Option<Movement>,
     },
     /// The detector begins, the bank follows.

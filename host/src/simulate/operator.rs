@@ -164,7 +164,7 @@ fn follow(arm: &mut Teleoperation, shown: &[Sensed]) -> Result<Vec<[f64; 3]>, Te
 
 /// The robot's series at the times of the person's.
 fn join(human: &[Sensed], shown: &[Sensed], robot_m: &[[f64; 3]]) -> Teleoperated {
-    let mut values = vec![Vec::with_capacity(human.len()); 12];
+    let mut values = vec![Vec::new(); 12];
     let mut t_s = Vec::with_capacity(human.len());
     for now in human {
         // Beyond its ends the second pass stands.

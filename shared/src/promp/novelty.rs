@@ -249,11 +249,16 @@ impl<'a, T: Real, B: AsRef<[T]> + AsMut<[T]>> Watch<'a, T, B> {
 
     /// Mean surprise of every reference so far, and its skill; nothing before the first row.
     pub fn surprises(&self) -> impl Iterator<Item = (usize, T)> {
+        let count = if self.seen > 0 {
+            self.known.skills.len()
+        } else {
+            0
+        };
         let rows = T::of(self.seen as f64);
-        let skills = self.known.skills.iter().copied();
-        let seen = self.seen > 0;
-        (skills.zip(self.sums()))
-            .filter_map(move |(skill, sums)| seen.then(|| (skill, sums[0] / rows)))
+        let skills = self.known.skills.iter().copied().take(count);
+        skills
+            .zip(self.sums())
+            .map(move |(skill, sums)| (skill, sums[0] / rows))
     }
 
     /// The answer after the rows so far, `None` before the first.

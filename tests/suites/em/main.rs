@@ -71,7 +71,10 @@ fn the_optimum_is_that_of_dense_weights() {
     let em = run_em(&demonstrations, &given, &config).unwrap();
     let reached = em.log_likelihoods.last().unwrap();
     let best = golden["log_likelihood"].as_f64().unwrap();
-    assert!(reached > &(best - 1e-6) && (reached - best).abs() < 1e-3, "{reached} for {best}");
+    assert!(
+        reached > &(best - 1e-6) && (reached - best).abs() < 1e-3,
+        "{reached} for {best}"
+    );
     let dense = Dense::of(&em.model, 0);
     // Along a flat ridge of the likelihood both stop a little short, at different places.
     for (got, want) in dense.mean.iter().zip(numbers(&golden["mean"])) {

@@ -6,6 +6,7 @@
     reason = "test suite"
 )]
 
+mod intervals;
 mod relearned;
 
 use serde_json::Value;

@@ -3,8 +3,7 @@
 use tonus_shared::onset::{MotionEdge, OnsetConfig, OnsetDetector};
 
 use super::play::lead_s;
-use super::recordings::{Action, Run, actions, runs};
-use tonus::demonstration::Demonstration;
+use super::recordings::{Action, actions, runs};
 
 /// The onset told last in the first half of the action, less the true one, s; none if there is none.
 fn onset_error_s(action: &Action<'_>, config: &OnsetConfig, seed: u64) -> Option<f64> {
@@ -32,21 +31,6 @@ fn end_error_s(action: &Action<'_>, config: &OnsetConfig, seed: u64) -> Option<f
     }
     let near = ends.into_iter().filter(|error| error.abs() <= 0.5);
     near.min_by(|a, b| a.abs().total_cmp(&b.abs()))
-}
-
-/// The action as the detector cuts it out of its run: from the onset it tells to the end it tells; where it tells none
-/// within 0.5 s, as people cut it.
-pub(crate) fn recut(action: &Action<'_>, config: &OnsetConfig) -> Demonstration {
-    let (start_s, end_s) = (action.start_s(), action.start_s() + action.duration_s());
-    let near = |error: Option<f64>| error.filter(|error| error.abs() <= 0.5).unwrap_or(0.0);
-    let from_s = start_s + near(onset_error_s(action, config, 1));
-    let to_s = end_s + near(end_error_s(action, config, 1));
-    let Run { t_s, position_m } = action.run;
-    let range = t_s.partition_point(|t| *t < from_s)..t_s.partition_point(|t| *t <= to_s);
-    let axis = |axis: usize| position_m[range.clone()].iter().map(|p| p[axis]).collect();
-    let old = &action.demonstration;
-    let (t_s, values) = (t_s[range.clone()].to_vec(), vec![axis(0), axis(1), axis(2)]);
-    Demonstration::new(old.label(), old.trial(), old.file(), t_s, values).expect("a demonstration")
 }
 
 fn median(mut numbers: Vec<f64>) -> f64 {

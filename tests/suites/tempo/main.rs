@@ -190,7 +190,7 @@ fn six_actions_at_an_unknown_tempo() {
     let recorded = ["subject1", "subject2"].map(runs);
     let [one, two] = [0, 1].map(|person: usize| actions(&recorded[person]));
     assert_eq!((one.len(), two.len()), (54, 36));
-    let ((forth, on_two), (back, on_one)) = std::thread::scope(|scope| {
+    let ((forth, on_two), (back, _)) = std::thread::scope(|scope| {
         let forth = scope.spawn(|| across(("subject 1", "subject 2"), &one, &two));
         let back = across(("subject 2", "subject 1"), &two, &one);
         (forth.join().expect("the thread ends"), back)

@@ -102,7 +102,7 @@ impl Completed {
         for (dof, signal) in given.dofs.iter().enumerate() {
             let of_dof = series.iter().zip(&design).flat_map(|(values, &design)| {
                 let recorded = designs[design].recorded.column(dof);
-                let pairs = values.column(dof).into_iter().zip(recorded.into_iter());
+                let pairs = values.column(dof).into_iter().zip(recorded);
                 pairs
                     .filter(|(_, one)| **one > 0.0)
                     .map(|(value, _)| *value)

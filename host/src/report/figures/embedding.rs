@@ -48,12 +48,10 @@ pub(super) fn figure(found: &PickAndPlace, (id, title): (&'static str, &str), se
     let axes = ["first coordinate, no unit", "second coordinate, no unit"];
     let mut panel = Panel::new("t-SNE of weights", axes[0], axes[1], series.collect());
     panel.size = (620.0, 460.0);
-    let clusters = found.unlabelled.map_or_else(String::new, |found| {
-        format!(
-            " Without labels the program finds {} clusters, adjusted Rand index {:.3}.",
-            found.components, found.adjusted_rand_index
-        )
-    });
+    let clusters = format!(
+        " Without labels the program finds {} clusters, adjusted Rand index {:.3}.",
+        found.unlabelled.components, found.unlabelled.adjusted_rand_index
+    );
     Figure {
         id,
         title: title.to_owned(),

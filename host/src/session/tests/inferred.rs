@@ -24,15 +24,14 @@ fn live(skill: usize, mut each: impl FnMut(&Session<'_>, &Command, f64)) {
         duration_us: 1,
     };
     session.handle(began, 1).unwrap();
-    let mut sequence = 0;
-    for now_us in (BEGAN_US - 1_000_000..BEGAN_US + 4_000_000).step_by(STEP_US as usize) {
+    let instants = (BEGAN_US - 1_000_000..BEGAN_US + 4_000_000).step_by(STEP_US as usize);
+    for (sequence, now_us) in (0..).zip(instants) {
         let since = now_us.saturating_sub(BEGAN_US).min(LASTS_US);
         let s = since as f64 / LASTS_US as f64;
         see_hand(&mut session, now_us, [way_m(skill, s); 3]);
         let frame = frame(1, sequence, now_us + 64_000, stream(firmness(skill, s)));
         let command = give(&mut session, &frame, now_us + 76_000).unwrap();
         each(&session, &command, s);
-        sequence += 1;
     }
 }
 
