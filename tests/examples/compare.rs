@@ -32,9 +32,15 @@ fn main() -> Result<(), Error> {
     let mut mixture = view.mixture()?;
     let mut log_posterior = vec![0.0; view.skills.len()];
     let recognition = median(|| work.recognise(&mut mixture, &mut log_posterior))?;
+    // Some seconds: once, as that of the other package.
+    let started = Instant::now();
+    black_box(work.learn_em(&work.alike)?);
+    let em = started.elapsed().as_secs_f64();
+
     let result = json!({
         "seconds": {
             "learn": learning,
+            "em": em,
             "condition": condition,
             "moments": moments,
             "recognise": recognition,

@@ -3,7 +3,9 @@
 
 use serde_json::Value;
 use tonus::demonstration::Demonstration;
-use tonus::model::{Dof, Hyperparameters, Model, Parts, Shrinkage, Valid, View, learn};
+use tonus::model::{
+    Dof, EmConfig, Hyperparameters, Model, Parts, Shrinkage, Valid, View, learn, learn_em,
+};
 use tonus::table::Table;
 use tonus_shared::promp::{
     Basis, Mixture, Moments, Observation, Order, Row, Trajectory, curves_scratch_len,
@@ -85,6 +87,15 @@ impl Work {
     /// As [`learn`].
     pub fn learn(&self, demonstrations: &[Demonstration]) -> Result<Model, Error> {
         Ok(learn(demonstrations, &self.hyperparameters)?)
+    }
+
+    /// As [`Work::learn`], by EM over trajectories until it has converged.
+    ///
+    /// # Errors
+    /// As [`learn_em`].
+    pub fn learn_em(&self, demonstrations: &[Demonstration]) -> Result<Model, Error> {
+        let config = EmConfig::default();
+        Ok(learn_em(demonstrations, &self.hyperparameters, &config)?)
     }
 
     /// As [`Work::learn`], without the residual variance, which the other packages do not have.

@@ -17,7 +17,6 @@ pub mod compose;
 mod dof;
 mod em;
 pub mod evaluate;
-
 mod first_part;
 mod fits;
 mod fitted;
