@@ -119,6 +119,13 @@ fn hand_over(out: &mut String, found: &Value) {
             100.0 * most,
         );
     }
+    six_motions(out, found);
+    bias(out, found);
+    hand_over_sweeps(out, found);
+    out.push('\n');
+}
+
+fn six_motions(out: &mut String, found: &Value) {
     line(
         out,
         "\n  The paper's six new motions: end-point error (path RMS), mm, by scheme",
@@ -146,6 +153,10 @@ fn hand_over(out: &mut String, found: &Value) {
         }
         out.push('\n');
     }
+}
+
+/// Believing in a bias, and what a larger reach does.
+fn bias(out: &mut String, found: &Value) {
     let bias = |name: &str| number(found, &format!("believing_in_bias.{name}"));
     let _infallible = writeln!(
         out,
@@ -169,6 +180,9 @@ fn hand_over(out: &mut String, found: &Value) {
         100.0 * bias("coverage_95_several"),
         100.0 * bias("coverage_95_several_told"),
     );
+}
+
+fn hand_over_sweeps(out: &mut String, found: &Value) {
     for (key, what) in [
         ("by_observations", "observations in the last third"),
         ("by_fraction", "of the movement seen"),
@@ -192,7 +206,6 @@ fn hand_over(out: &mut String, found: &Value) {
             );
         }
     }
-    out.push('\n');
 }
 
 fn object_matching(out: &mut String, found: &Value) {
