@@ -38,6 +38,7 @@ ROOMS = {
         "semg": {"real", "sample"},
         "stiffness": {"real"},
         "promp": {"real"},
+        "onset": {"real"},
         # The warning bits of a channel are a packet's field; nothing else of the signal reaches the wire.
         "wire": {"real", "sample", "semg::quality"},
         "pipeline": {"real", "sample", "semg", "stiffness", "wire"},

@@ -13,6 +13,7 @@ use tonus::experiment::{
     self, Config, Progress as Done, Results, baselines, hand_over, object_matching, pick_and_place,
     recordings,
 };
+use tonus::report;
 
 use super::progress::Progress;
 use super::{UsageError, say};
@@ -21,6 +22,7 @@ const EXAMPLE: &str = "Examples:
   tonus experiment hand-over                     tables, seed 1
   tonus experiment all --seed 7 --json           one JSON document
   tonus experiment object-matching --seeds 5     means of seeds 1 to 5
+  tonus experiment all --report results          also a page with figures, results/report.html
   tonus experiment baselines                     other methods on the same data
   tonus experiment recordings --data recordings/ the same questions to recordings of real people
 
@@ -47,6 +49,9 @@ pub(crate) struct ExperimentArgs {
     /// Folder of the recordings (vmci_pick_place_mocap, leap_digits_mit, kinesis_reach_to_grasp_mit).
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
+    /// Writes one self-contained page, report.html, into this folder: figures of the first seed, tables of all.
+    #[arg(long, value_name = "DIR")]
+    report: Option<PathBuf>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -75,6 +80,10 @@ impl ExperimentArgs {
         let mut all = Vec::new();
         for seed in self.seed..self.seed.saturating_add(self.seeds) {
             all.push(self.one(seed, json)?);
+        }
+        if let Some(folder) = &self.report {
+            let page = report::write_seeds(folder, &all)?;
+            eprintln!("wrote {}", page.display());
         }
         let documents = all
             .iter()

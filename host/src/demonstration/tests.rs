@@ -74,7 +74,7 @@ fn what_cannot_be_read_is_named() {
     );
     assert_eq!(
         refused("t_s,x,label,trial\n0,1,,1\n", &["x"], &[]),
-        "demos.csv:2: column `label`: empty, name the skill or a label to exclude"
+        "demos.csv:2: column `label`: empty, name the skill or a label to exclude (or train with --components)"
     );
     assert_eq!(
         refused("t_s,x,trial\n0,1,1\n", &["x"], &[]),
