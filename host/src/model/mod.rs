@@ -28,6 +28,7 @@ mod placement;
 pub mod recognise;
 mod shrinkage;
 mod spread;
+pub mod stacking;
 mod subspace;
 pub mod tempo;
 mod weights;

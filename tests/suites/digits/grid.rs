@@ -6,8 +6,6 @@ use std::fmt::{Display, Formatter};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Ways {
     One,
-    /// As many as the held-out likelihood wants, up to three.
-    Variants,
     /// From either end.
     BothDirections,
 }
@@ -21,10 +19,20 @@ pub(crate) enum Phase {
     Path,
 }
 
+/// What is observed besides the position.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Beside {
+    Nothing,
+    /// The other phase (share of the path after a share of the duration, or the other way round), and the logarithms of
+    /// duration and path length.
+    PaceAndSize,
+}
+
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Setting {
     pub(crate) ways: Ways,
     pub(crate) phase: Phase,
+    pub(crate) beside: Beside,
     /// Degrees of freedom of each component's Student-t; a Gaussian without.
     pub(crate) freedom: Option<f64>,
     pub(crate) functions: usize,
@@ -39,6 +47,7 @@ impl Display for Setting {
         let Self {
             ways,
             phase,
+            beside,
             freedom,
             functions,
             placement_m,
@@ -48,15 +57,16 @@ impl Display for Setting {
         } = self;
         write!(
             f,
-            "{ways:?}, phase by {phase:?}, freedom {freedom:?}, placement {placement_m} m, sigma {sigma_m} m, \
-             a {pooled}, b {diagonal}, K {functions}"
+            "{ways:?}, phase by {phase:?}, beside {beside:?}, freedom {freedom:?}, placement {placement_m} m, \
+             sigma {sigma_m} m, a {pooled}, b {diagonal}, K {functions}"
         )
     }
 }
 
 /// The values that each decision may take; decisions are tried in this order.
-const WAYS: [Ways; 3] = [Ways::One, Ways::Variants, Ways::BothDirections];
+const WAYS: [Ways; 2] = [Ways::One, Ways::BothDirections];
 const PHASES: [Phase; 2] = [Phase::Time, Phase::Path];
+const BESIDE: [Beside; 2] = [Beside::Nothing, Beside::PaceAndSize];
 const FREEDOMS: [Option<f64>; 3] = [Some(17.0), None, Some(5.0)];
 const PLACEMENTS_M: [f64; 3] = [0.03, 0.0, 0.06];
 const SIGMAS_M: [f64; 3] = [0.03, 0.02, 0.05];
@@ -65,19 +75,20 @@ const SHARES: [(f64, f64); 3] = [(0.3, 0.1), (0.1, 0.3), (0.6, 0.1)];
 const FUNCTIONS: [usize; 2] = [12, 20];
 
 /// Which value of each decision.
-pub(crate) type Choice = [usize; 7];
+pub(crate) type Choice = [usize; 8];
 
 pub(crate) fn setting(choice: &Choice) -> Setting {
-    let (pooled, diagonal) = SHARES[choice[5]];
+    let (pooled, diagonal) = SHARES[choice[6]];
     Setting {
         ways: WAYS[choice[0]],
         phase: PHASES[choice[1]],
-        freedom: FREEDOMS[choice[2]],
-        placement_m: PLACEMENTS_M[choice[3]],
-        sigma_m: SIGMAS_M[choice[4]],
+        beside: BESIDE[choice[2]],
+        freedom: FREEDOMS[choice[3]],
+        placement_m: PLACEMENTS_M[choice[4]],
+        sigma_m: SIGMAS_M[choice[5]],
         pooled,
         diagonal,
-        functions: FUNCTIONS[choice[6]],
+        functions: FUNCTIONS[choice[7]],
     }
 }
 
@@ -85,6 +96,7 @@ pub(crate) fn setting(choice: &Choice) -> Setting {
 pub(crate) const ALL: Choice = [
     WAYS.len(),
     PHASES.len(),
+    BESIDE.len(),
     FREEDOMS.len(),
     PLACEMENTS_M.len(),
     SIGMAS_M.len(),
@@ -92,10 +104,11 @@ pub(crate) const ALL: Choice = [
     FUNCTIONS.len(),
 ];
 
-/// As the movements are timed.
+/// As the movements are timed, position alone.
 pub(crate) const BY_TIME: Choice = {
     let mut sizes = ALL;
     sizes[1] = 1;
+    sizes[2] = 1;
     sizes
 };
 
