@@ -47,8 +47,8 @@ pub(super) fn each(set: &Set, parts: &[Part]) -> Result<Vec<Chosen>, ExperimentE
     parts.par_iter().map(|part| choose(set, part)).collect()
 }
 
-/// The setting of least log-loss of what is left out in turn, each at its own temperature: one decision after the
-/// other, each at its best given the rest.
+/// The setting of least log-loss of what is left out in turn, one decision after the other, each at its best given the
+/// rest. Temperatures come after: a setting that is only good once it is mended is a worse guess elsewhere.
 fn choose(set: &Set, part: &Part) -> Result<Chosen, ExperimentError> {
     let grid = &set.plan.grid;
     let sizes = grid.sizes();
@@ -113,9 +113,7 @@ fn tried(set: &Set, setting: &Setting, folds: &[Fold]) -> Result<(f64, f64), Exp
     {
         let mut loss = 0.0;
         for forecasts in of_sigma {
-            let temperature = Temperature::fit(forecasts)?;
-            let softened: Vec<_> = forecasts.iter().map(|f| temperature.softened(f)).collect();
-            loss += log_loss(&softened)?;
+            loss += log_loss(forecasts)?;
         }
         if loss < best.0 {
             best = (loss, sigma_m);

@@ -68,7 +68,7 @@ pub(super) const DIGITS: Plan = Plan {
     },
 };
 
-/// Reaches to objects at three depths... of turn: midpoint of index and thumb, and their distance.
+/// Reaches to objects of three depths: middle of index and thumb, and how far they are apart.
 pub(super) const REACHES: Plan = Plan {
     name: "kinesis_reach_to_grasp_mit",
     dofs: &["x", "y", "z", "aperture_m"],

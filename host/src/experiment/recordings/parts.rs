@@ -30,13 +30,18 @@ pub(super) struct Part {
 /// Both directions between two people.
 pub(super) fn from_person_to_person(set: &Set) -> Vec<(&'static str, Part)> {
     let [one, two] = people(set);
-    let part = |training: &Indices, tested: &Indices| {
+    let part = |name: &str, training: &Indices, tested: &Indices| {
         let group = |i: usize| set.demonstrations()[i].trial();
-        whole("", training, tested, inner(training, group, set.plan.inner))
+        whole(
+            name,
+            training,
+            tested,
+            inner(training, group, set.plan.inner),
+        )
     };
     vec![
-        ("subject 1 -> subject 2", part(&one, &two)),
-        ("subject 2 -> subject 1", part(&two, &one)),
+        ("subject 1 -> subject 2", part("subject 1", &one, &two)),
+        ("subject 2 -> subject 1", part("subject 2", &two, &one)),
     ]
 }
 
