@@ -66,14 +66,15 @@ fn recording(out: &mut String, found: &Value) {
     calibration(out, found);
     if let Some(decision) = found.get("decision") {
         let of = |key: &str| number(decision, key);
+        let median_s = decision.get("median_time_s").and_then(Value::as_f64);
+        let after = median_s.map_or_else(String::new, |s| format!(", median after {s:.2} s"));
         let _infallible = writeln!(
             out,
-            "  decided at {:.0} %: {} of {}, {} wrong, median after {:.2} s",
+            "  decided at {:.0} %: {} of {}, {} wrong{after}",
             100.0 * of("confidence"),
             round(of("decided")),
             round(of("total")),
             round(of("wrong")),
-            of("median_time_s"),
         );
     }
     line(
