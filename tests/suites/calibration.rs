@@ -88,6 +88,8 @@ fn forecasts(
 /// Trials, in `parts` parts.
 fn part(all: &[Demonstration], parts: usize) -> Vec<usize> {
     let trials: BTreeSet<&str> = all.iter().map(Demonstration::trial).collect();
+    // Of fewer trials than parts each is a part, so that none is empty.
+    let parts = parts.min(trials.len());
     let of = |d: &Demonstration| trials.iter().position(|t| *t == d.trial()).unwrap() % parts;
     all.iter().map(of).collect()
 }
@@ -135,7 +137,8 @@ fn hold_out(training: &[Demonstration], tested: &[Demonstration], grid: &Grid, h
     // [learner][fraction][noise]
     let mut inner: Vec<Vec<Vec<Forecasts>>> =
         vec![vec![vec![Vec::new(); grid.sigmas_m.len()]; FRACTIONS.len()]; learners.len()];
-    for out in 0..grid.parts {
+    let last = parts.iter().copied().max().unwrap();
+    for out in 0..=last {
         let (out, rest) = without(training, &parts, out);
         for (learner, inner) in learners.iter().zip(&mut inner) {
             let made = forecasts(&rest, &out, learner, grid.sigmas_m);
@@ -171,7 +174,8 @@ fn hold_out(training: &[Demonstration], tested: &[Demonstration], grid: &Grid, h
 
 fn in_turn(all: &[Demonstration], folds: usize, grid: &Grid, held: &mut Held) {
     let parts = part(all, folds);
-    for out in 0..folds {
+    let last = parts.iter().copied().max().unwrap();
+    for out in 0..=last {
         let (out, rest) = without(all, &parts, out);
         hold_out(&rest, &out, grid, held);
     }

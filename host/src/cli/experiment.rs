@@ -1,6 +1,7 @@
 //! `tonus experiment`: the paper's three experiments, and the same questions to recordings.
 
 mod methods;
+mod real_people;
 mod text;
 
 use std::io::{IsTerminal, stderr};

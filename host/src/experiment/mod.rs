@@ -28,8 +28,10 @@ use serde_json::Value;
 
 use crate::baseline::BaselineError;
 use crate::demonstration::{DemonstrationError, ReadError};
+use crate::model::calibration::CalibrationError;
 use crate::model::cluster::ClusterError;
 use crate::model::evaluate::EvaluateError;
+use crate::model::novelty::GateError;
 use crate::model::recognise::RecogniseError;
 use crate::model::{HyperparametersError, LearnError};
 use crate::simulate::difficulty::DensityError;
@@ -76,7 +78,7 @@ pub struct Results {
     pub pick_and_place: Option<pick_and_place::PickAndPlace>,
     /// Recordings of real people by others.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub recordings: Option<Vec<recordings::Recording>>,
+    pub recordings: Option<recordings::Recordings>,
     /// Other methods on the same data.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub baselines: Option<baselines::Baselines>,
@@ -169,6 +171,22 @@ pub enum ExperimentError {
     /// The model's view.
     #[error(transparent)]
     Model(#[from] ModelError),
+    /// A novelty gate.
+    #[error(transparent)]
+    Gate(#[from] GateError),
+    /// Calibration.
+    #[error(transparent)]
+    Calibration(#[from] CalibrationError),
+    /// A recorded movement without the rows in which the hand is hidden.
+    #[error("{}: trial {trial}, rows in which the hand is seen: {source}", file.display())]
+    Recording {
+        /// The file.
+        file: PathBuf,
+        /// The trial.
+        trial: String,
+        /// Why.
+        source: DemonstrationError,
+    },
     /// The simulator's own densities.
     #[error(transparent)]
     Density(#[from] DensityError),

@@ -160,7 +160,7 @@ fn mean(forecasts: &[Forecast], of: impl Fn(&Forecast) -> f64) -> Result<f64, Ca
 }
 
 /// Answers of about the same confidence.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Bin {
     /// How many, at least 1.
     pub count: usize,

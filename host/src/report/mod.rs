@@ -6,6 +6,7 @@
 mod chart;
 mod figures;
 mod html;
+mod recordings;
 mod tables;
 
 use std::path::{Path, PathBuf};

@@ -11,9 +11,9 @@ pub(super) fn results(document: &Value) -> Vec<Table> {
         hand_over(document),
         six(document),
         baselines(document),
-        recordings(document),
     ];
-    tables.into_iter().flatten().collect()
+    let recordings = super::recordings::tables(document);
+    tables.into_iter().flatten().chain(recordings).collect()
 }
 
 /// Key of each row with its name, columns by key with their names.
@@ -186,47 +186,6 @@ fn baselines(document: &Value) -> Option<Table> {
     )
 }
 
-fn recordings(document: &Value) -> Option<Table> {
-    let all = document.get("recordings")?.as_array()?;
-    let text = |of: &Value, key: &str| of.get(key).and_then(Value::as_str).unwrap_or("").to_owned();
-    let mut header = Vec::new();
-    let mut rows = Vec::new();
-    for (i, recording) in all.iter().enumerate() {
-        let fractions = recording.get("by_fraction").and_then(Value::as_array);
-        let fractions = fractions.map(Vec::as_slice).unwrap_or_default();
-        if header.is_empty() {
-            header = ["recording", "held out", "classes"]
-                .map(str::to_owned)
-                .to_vec();
-            for point in fractions {
-                let percent = 100.0 * point.get("at").and_then(Value::as_f64).unwrap_or(0.0);
-                header.push(format!("right, first {percent:.0} %"));
-                header.push("of".to_owned());
-            }
-        }
-        let mut row = vec![
-            Cell::Text(text(recording, "name")),
-            Cell::Text(text(recording, "held_out")),
-            number(document, &format!("recordings.{i}.classes")),
-        ];
-        for j in 0..fractions.len() {
-            let key = format!("recordings.{i}.by_fraction.{j}");
-            row.push(number(document, &format!("{key}.correct")));
-            row.push(number(document, &format!("{key}.total")));
-        }
-        rows.push(row);
-    }
-    (!rows.is_empty()).then(|| Table {
-        id: "table-recordings",
-        title: "Recordings of real people".to_owned(),
-        caption: "Recognition from ten observations in the first part of each movement, its duration known; classes \
-                  and held-out demonstrations as each row says."
-            .to_owned(),
-        header,
-        rows,
-    })
-}
-
 /// A list or map of rows with numbers below: one column for each path that any row has.
 fn listed(
     (key, list): (&str, &Value),
@@ -325,7 +284,8 @@ pub(super) fn at<'v>(document: &'v Value, path: &str) -> Option<&'v Value> {
     document.pointer(&format!("/{}", path.replace('.', "/")))
 }
 
-fn number(document: &Value, path: &str) -> Cell {
+/// The number at a path of the document.
+pub(super) fn number(document: &Value, path: &str) -> Cell {
     number_at(document, path, path)
 }
 

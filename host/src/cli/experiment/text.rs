@@ -22,8 +22,8 @@ pub(super) fn tables(document: &Value) -> String {
     if let Some(found) = document.get("baselines") {
         super::methods::tables(&mut out, found);
     }
-    for found in items(document, "recordings") {
-        recording(&mut out, found);
+    if let Some(found) = document.get("recordings") {
+        super::real_people::tables(&mut out, found);
     }
     out
 }
@@ -34,7 +34,7 @@ fn line(out: &mut String, text: &str) {
 }
 
 /// The number below these keys; NaN where there is none.
-fn number(found: &Value, path: &str) -> f64 {
+pub(super) fn number(found: &Value, path: &str) -> f64 {
     let at = path
         .split('.')
         .try_fold(found, |value, key| match key.parse::<usize>() {
@@ -44,14 +44,14 @@ fn number(found: &Value, path: &str) -> f64 {
     at.and_then(Value::as_f64).unwrap_or(f64::NAN)
 }
 
-fn items<'v>(found: &'v Value, key: &str) -> &'v [Value] {
+pub(super) fn items<'v>(found: &'v Value, key: &str) -> &'v [Value] {
     found
         .get(key)
         .and_then(Value::as_array)
         .map_or(&[], Vec::as_slice)
 }
 
-fn words<'v>(found: &'v Value, key: &str) -> &'v str {
+pub(super) fn words<'v>(found: &'v Value, key: &str) -> &'v str {
     found.get(key).and_then(Value::as_str).unwrap_or_default()
 }
 
@@ -68,7 +68,7 @@ fn score(found: &Value, key: &str) -> String {
 }
 
 /// Means of counts have a fraction.
-fn round(count: f64) -> String {
+pub(super) fn round(count: f64) -> String {
     if count.fract() == 0.0 {
         format!("{count:.0}")
     } else {
@@ -299,36 +299,6 @@ fn sweeps(out: &mut String, found: &Value) {
                 number(point, "at"),
                 score(point, "with_semg"),
                 score(point, "without_semg"),
-            );
-        }
-    }
-    out.push('\n');
-}
-
-fn recording(out: &mut String, found: &Value) {
-    let _infallible = writeln!(
-        out,
-        "{}: {} ({} classes, {} demonstrations), duration known",
-        words(found, "name"),
-        words(found, "held_out"),
-        round(number(found, "classes")),
-        round(number(found, "demonstrations")),
-    );
-    for (key, what) in [
-        ("by_fraction", "part of the movement seen"),
-        ("by_noise_m", "m of white noise on positions"),
-    ] {
-        let _infallible = writeln!(out, "  by {what}");
-        for point in items(found, key) {
-            let of = |name: &str| number(point, name);
-            let _infallible = writeln!(
-                out,
-                "  {:>6}  {} of {} ({:.1} %), log-loss {:.3}",
-                of("at"),
-                round(of("correct")),
-                round(of("total")),
-                100.0 * of("accuracy"),
-                of("log_loss"),
             );
         }
     }

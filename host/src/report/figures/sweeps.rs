@@ -2,6 +2,7 @@
 
 use super::key;
 use crate::experiment::hand_over::Accuracy;
+use crate::experiment::recordings::{At, Recording};
 use crate::experiment::{Point, Results, Sweeps};
 use crate::report::chart::{Ink, Key, Mark, Panel, Series, Shape, Stroke};
 use crate::report::html::Figure;
@@ -123,7 +124,7 @@ fn end_point((x, scale): (&str, f64), points: &[Accuracy]) -> Panel {
 fn recordings(results: &Results) -> Figure {
     let id = "fig-recordings";
     let title = "Recordings of real people";
-    let Some(all) = results.recordings.as_ref() else {
+    let Some(all) = results.recordings.as_ref().map(|found| &found.sets) else {
         return super::absent(id, title);
     };
     let mark = |i: usize| {
@@ -140,32 +141,31 @@ fn recordings(results: &Results) -> Figure {
         panel.size = (520.0, 300.0);
         panel
     };
-    let fraction = |i: usize| -> Vec<(f64, f64)> {
-        all[i]
-            .by_fraction
-            .iter()
-            .map(|p| (100.0 * p.at, p.score.accuracy))
-            .collect()
+    let points = |scale: f64, of: fn(&Recording) -> &[At]| {
+        move |i: usize| -> Vec<(f64, f64)> {
+            let points = of(&all[i]).iter();
+            points.map(|p| (scale * p.at, p.score.accuracy)).collect()
+        }
     };
-    let noise = |i: usize| -> Vec<(f64, f64)> {
-        all[i]
-            .by_noise_m
-            .iter()
-            .map(|p| (1000.0 * p.at, p.score.accuracy))
-            .collect()
-    };
+    let fraction = points(100.0, |r| &r.by_fraction);
+    let unknown = points(100.0, |r| &r.unknown_tempo.by_fraction);
+    let observations = points(1.0, |r| &r.by_observations);
+    let noise = points(1000.0, |r| &r.by_noise_m);
     let names = all.iter().enumerate();
     Figure {
         id,
         title: title.to_owned(),
-        caption: "Held-out accuracy on recordings by others, ten observations in the part of the movement that is seen, \
-                  its duration known; how each was held out stands beside its name."
+        caption: "Held-out accuracy on recordings by others, ten observations (digits: fifteen) in the part of the \
+                  movement that is seen, its duration known unless a panel says otherwise; how each was held out \
+                  stands beside its name."
             .to_owned(),
         keys: names
             .map(|(i, r)| key(mark(i).0, &format!("{}, {}", r.name, r.held_out)))
             .collect(),
         panels: vec![
             panel("by part seen", FRACTION, &fraction),
+            panel("by part seen, tempo unknown", FRACTION, &unknown),
+            panel("by observations", OBSERVATIONS, &observations),
             panel("by noise", NOISE, &noise),
         ],
         columns: 2,

@@ -1,0 +1,113 @@
+//! `tonus experiment recordings` on recordings of real people: its shape, and figures that it must not fall below.
+#![allow(missing_docs, reason = "test suite")]
+
+use std::process::Command;
+
+use serde_json::Value;
+
+fn found() -> Value {
+    let output = Command::new(tonus_tests::program())
+        .args(["--json", "experiment", "recordings", "--data"])
+        .arg(tonus_tests::recordings())
+        .output()
+        .expect("the program runs");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    serde_json::from_slice(&output.stdout).expect("JSON")
+}
+
+fn list<'v>(of: &'v Value, key: &str) -> &'v [Value] {
+    of[key].as_array().unwrap_or_else(|| panic!("no {key}"))
+}
+
+fn number(of: &Value, key: &str) -> f64 {
+    let at = key.split('.').fold(of, |value, key| &value[key]);
+    at.as_f64().unwrap_or_else(|| panic!("no number {key}"))
+}
+
+/// The points of a sweep are where they should be, each over all demonstrations.
+fn swept(points: &[Value], at: &[f64], total: f64) {
+    let places: Vec<f64> = points.iter().map(|point| number(point, "at")).collect();
+    assert_eq!(places.len(), at.len());
+    for ((place, expected), point) in places.iter().zip(at).zip(points) {
+        assert!((place - expected).abs() < 1e-12);
+        assert_eq!(number(point, "total"), total);
+        let share = number(point, "correct") / total;
+        assert!((number(point, "accuracy") - share).abs() < 1e-12);
+        assert!(number(point, "log_loss") >= 0.0);
+    }
+}
+
+fn shape(set: &Value) {
+    let total = number(set, "demonstrations");
+    swept(list(set, "by_fraction"), &[0.2, 0.3, 0.5, 1.0], total);
+    let counts: Vec<f64> = (1..=10).map(f64::from).collect();
+    swept(list(set, "by_observations"), &counts, total);
+    let noises: Vec<f64> = (0..=5).map(|cm| 0.01 * f64::from(cm)).collect();
+    swept(list(set, "by_noise_m"), &noises, total);
+    swept(
+        list(&set["unknown_tempo"], "by_fraction"),
+        &[0.3, 0.5, 1.0],
+        total,
+    );
+    for chosen in list(set, "chosen") {
+        assert!(number(chosen, "sigma_m") > 0.0);
+        assert_eq!(list(chosen, "temperatures").len(), 4);
+    }
+    assert_eq!(number(set, "decision.total"), total);
+    assert!(number(set, "decision.wrong") <= number(set, "decision.decided"));
+    assert!(list(set, "others").len() >= 5);
+}
+
+#[test]
+fn all_of_them() {
+    let found = &found()["recordings"];
+    let sets = list(found, "sets");
+    let sizes: Vec<_> = sets
+        .iter()
+        .map(|set| number(set, "demonstrations"))
+        .collect();
+    assert_eq!(sizes, [36.0, 54.0, 90.0, 180.0, 34.0]);
+    for set in sets {
+        shape(set);
+    }
+    // (set, part of the movement, right at least)
+    for (set, point, least) in [
+        (0, 3, 33.0),
+        (0, 2, 31.0),
+        (0, 1, 22.0),
+        (2, 3, 86.0),
+        (3, 3, 174.0),
+    ] {
+        let right = number(&list(&sets[set], "by_fraction")[point], "correct");
+        println!("{} {}: {right}", sets[set]["name"], sets[set]["held_out"]);
+        assert!(right >= least, "set {set}, point {point}: {right}");
+    }
+
+    for pooled in list(found, "calibration") {
+        assert_eq!(number(pooled, "total"), 394.0);
+        let bins = list(pooled, "reliability");
+        let counted: f64 = bins.iter().map(|bin| number(bin, "count")).sum();
+        assert_eq!(counted, 394.0);
+        // The definition, from the bins that are shown.
+        let off = bins.iter().map(|bin| {
+            number(bin, "count") * (number(bin, "accuracy") - number(bin, "confidence")).abs()
+        });
+        let error = number(pooled, "expected_calibration_error");
+        assert!((off.sum::<f64>() / counted - error).abs() < 1e-9);
+        println!("{}: calibration error {error:.3}", pooled["name"]);
+        assert!(error <= 0.1, "{pooled}");
+        assert!(number(pooled, "log_loss") < number(pooled, "untempered.log_loss") + 0.05);
+    }
+
+    let novelty = list(found, "novelty");
+    let novel: Vec<_> = novelty.iter().map(|one| number(one, "novel")).collect();
+    assert_eq!(novel, [90.0, 180.0, 34.0]);
+    for (one, auroc) in novelty.iter().zip([0.98, 0.93, 0.5]) {
+        assert!(number(one, "auroc") >= auroc, "{one}");
+        assert!(number(one, "false_alarm_share") <= 0.04, "{one}");
+        let nearest = list(one, "nearest");
+        assert!(nearest.iter().all(|pair| pair["class"] != pair["nearest"]));
+    }
+    assert!(number(&novelty[0], "named_unknown_share") >= 0.85);
+}
