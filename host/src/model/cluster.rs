@@ -1,8 +1,8 @@
 //! Demonstrations without labels, or with some: which belong together, and how many kinds there are.
 //!
 //! Each demonstration is a point: the movement its weights draw, every DoF scaled to unit variance, along the leading
-//! principal directions of all demonstrations ([`space`]). A mixture of Gaussians is fitted to the points by EM from
-//! k-means++ starts ([`em`], [`start`]), and the number of its components is the fewest whose held-out likelihood is
+//! principal directions of all demonstrations ([`space`]). A mixture of Student-t components is fitted to the points by EM
+//! from k-means++ starts ([`em`], [`start`]), and the number of its components is the fewest whose held-out likelihood is
 //! within a stated number of standard errors of the best ([`choose`]). What comes out are labels: the model is then
 //! learnt from the relabelled demonstrations like any other, by [`learn`](super::learn()).
 
@@ -47,14 +47,17 @@ pub struct ClusterConfig {
     /// (of the difference, over demonstrations) below the best; 0 takes the best. From 0.
     pub standard_errors: f64,
     /// Share of the variance that the principal directions must hold, above 0, below 1; what is left counts as noise of
-    /// equal variance along each of them.
+    /// equal variance along each of them. Many directions say little of which kind a movement is, and a component follows
+    /// each of its few points in them.
     pub variance_kept: f64,
+    /// Degrees of freedom of each component's Student-t, above 2; infinite for Gaussians.
+    pub freedom: f64,
     /// Seed of starts and folds.
     pub seed: u64,
 }
 
 impl Default for ClusterConfig {
-    /// One to six components, 6 restarts, 5 folds, one standard error, 99 % of the variance.
+    /// One to six components, 6 restarts, 5 folds, one standard error, 90 % of the variance, 8 degrees of freedom.
     fn default() -> Self {
         Self {
             least_components: 1,
@@ -62,7 +65,8 @@ impl Default for ClusterConfig {
             restarts: 6,
             folds: 5,
             standard_errors: 1.0,
-            variance_kept: 0.99,
+            variance_kept: 0.9,
+            freedom: 8.0,
             seed: 0,
         }
     }
@@ -87,8 +91,8 @@ pub struct Candidate {
     pub left: usize,
     /// Their covariances.
     pub covariances: Covariances,
-    /// Mean log density of an unlabelled demonstration under the mixture fitted without its fold, nats (with the tails
-    /// that the uncertainty of means and covariances gives it). `None` where nothing can be held out: fewer than 4 unlabelled demonstrations.
+    /// Mean log density of an unlabelled demonstration and the component it most likely belongs to, under the mixture fitted
+    /// without its fold, nats (with the tails that the uncertainty of means and covariances gives it). `None` where nothing can be held out: fewer than 4 unlabelled demonstrations.
     pub held_out: Option<f64>,
     /// Bayesian information criterion of the fit to all, `-2 log L + parameters log N`: less is better.
     pub bic: f64,
@@ -198,6 +202,7 @@ fn in_space(
         space,
         labels,
         classes,
+        tails: config.freedom,
     };
     let Chosen { fit, table } = choose::choose(data, config)?;
     let settled = fit.without_singles(data)?;
@@ -261,6 +266,12 @@ fn check(
             kept,
             kept > 0.0 && kept < 1.0,
             "above 0 and below 1",
+        ),
+        (
+            "the degrees of freedom",
+            config.freedom,
+            config.freedom > 2.0,
+            "above 2, infinite for Gaussians",
         ),
     ];
     for (what, value, within, range) in real {

@@ -4,7 +4,7 @@ use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
-use super::component::log_predictive;
+use super::component::log_completed;
 use super::em::{Data, Fit};
 use super::start::{Metric, start};
 use super::{Candidate, ClusterConfig, ClusterError};
@@ -80,11 +80,12 @@ fn try_count(
             space: &space,
             labels: &labels,
             classes,
+            tails: data.tails,
         };
         let unseen = data.space.points.select_columns(fold);
         let fits = restarts(training, components, config.restarts, &mut rng)?;
         for (fit, held_out) in fits.iter().zip(&mut held_out) {
-            held_out.extend(log_predictive(&fit.mixture, &unseen)?);
+            held_out.extend(log_completed(&fit.mixture, &unseen)?);
         }
     }
     let fits = restarts(data, components, config.restarts, &mut rng)?;

@@ -1,5 +1,9 @@
 //! A mixture fitted by EM, with covariances drawn towards a prior one, from given starts.
 //!
+//! Components are Student-t, so that a movement that is unlike all others neither draws a component to itself nor makes
+//! one of its own (Peel and McLachlan, Robust mixture modelling using the t distribution, 2000); infinite degrees of
+//! freedom make them Gaussian. `C_q` is then the scale.
+//!
 //! Maximised is `sum_i log p(x_i) - nu sum_q KL(N(0, P) | N(0, C_q))`: every covariance `C_q` as if `nu` more points with
 //! covariance `P` had been seen. First all components share one covariance, and `P` is the noise; then each may have its
 //! own, and `P` is the shared one. Of a labelled point the joint density with its class counts. Each step raises the sum,
@@ -30,6 +34,8 @@ pub(super) struct Data<'a> {
     pub(super) labels: &'a [Option<usize>],
     /// The first components, which are not dropped.
     pub(super) classes: usize,
+    /// Degrees of freedom of the components, infinite for Gaussians.
+    pub(super) tails: f64,
 }
 
 /// What the covariances are drawn towards.
@@ -260,13 +266,18 @@ impl Fit {
         let n = points.ncols() as f64;
         let mut mixture = Vec::with_capacity(memberships.ncols());
         let mut shared = &self.prior.covariance * self.prior.points;
-        for column in memberships.column_iter() {
-            let share: DVector<f64> = column.map(libm::exp);
+        for (q, column) in memberships.column_iter().enumerate() {
+            let mut share: DVector<f64> = column.map(libm::exp);
             let size = share.sum();
             if size <= 0.0 {
                 continue;
             }
-            let mean = points * &share / size;
+            // By the components before; those that are not the same any more tell nothing.
+            if self.mixture.len() == memberships.ncols() {
+                let trust = self.mixture[q].trust(points)?;
+                share.component_mul_assign(&DVector::from_vec(trust));
+            }
+            let mean = points * &share / share.sum();
             let mut spread = points.clone();
             for (mut point, share) in spread.column_iter_mut().zip(share.iter()) {
                 point -= &mean;
@@ -290,6 +301,7 @@ impl Fit {
                 points: size,
                 spread_over: size + self.prior.points,
                 freedom: size + self.prior.points - 1.0,
+                tails: data.tails,
             });
         }
         if self.covariances == Covariances::Tied {

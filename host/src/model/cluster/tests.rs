@@ -47,6 +47,7 @@ fn the_likelihood_is_that_of_another_implementation() {
         space: &space,
         labels: &labels,
         classes: 0,
+        tails: f64::INFINITY,
     };
     let fit = Fit::tied(data, &thirds(), 3).unwrap();
     // The noise counts as one point of 121.
@@ -64,6 +65,7 @@ fn own_covariances_raise_the_objective_and_fit_better() {
         space: &space,
         labels: &labels,
         classes: 0,
+        tails: f64::INFINITY,
     };
     let tied = Fit::tied(data, &thirds(), 3).unwrap();
     let own = tied.own(data).unwrap();
@@ -80,6 +82,7 @@ fn an_empty_component_is_started_anew() {
         space: &space,
         labels: &labels,
         classes: 0,
+        tails: f64::INFINITY,
     };
     // Two groups start as one, and the third component without a point.
     let start: Vec<usize> = thirds().iter().map(|&of| of.min(1)).collect();
@@ -99,6 +102,7 @@ fn more_components_than_kinds_of_points_are_merged_or_dropped() {
         space: &space,
         labels: &labels,
         classes: 0,
+        tails: f64::INFINITY,
     };
     // Each of the two starts as two components, and a fifth component without a point.
     let start: Vec<usize> = (0..20).map(|i| i % 4).collect();
@@ -147,4 +151,45 @@ fn three_overlapping_groups_are_three() {
     assert_eq!(clusters.covariances, Covariances::Tied);
     let agreement = adjusted_rand_index(&clusters.assignment, &thirds()).unwrap();
     assert!(agreement > 0.9, "{agreement}");
+}
+
+/// One point far out is in nobody's way: the three groups' means stay, and it does not become a fourth.
+#[test]
+fn tails_bear_what_is_far_out() {
+    let (space, _) = golden();
+    let (p, n) = space.points.shape();
+    let mut points = space.points.clone().insert_column(n, 0.0);
+    points[(0, n)] = 40.0 * space.points.amax();
+    let far = Space {
+        points,
+        noise: space.noise,
+    };
+    let labels = free(&far);
+    let start: Vec<usize> = thirds().into_iter().chain([0]).collect();
+    let fits = [4.0, f64::INFINITY].map(|tails| {
+        let data = Data {
+            space: &far,
+            labels: &labels,
+            classes: 0,
+            tails,
+        };
+        let fit = Fit::tied(data, &start, 3).unwrap();
+        assert!(rises(&fit.objective), "{:?}", fit.objective);
+        let own = fit.own(data).unwrap();
+        assert!(rises(&own.objective[fit.objective.len()..]));
+        fit
+    });
+    let [heavy, gaussian] = fits.map(|fit| {
+        let of: Vec<usize> = (0..n)
+            .map(|i| {
+                let row = fit.memberships.row(i);
+                (0..row.len())
+                    .max_by(|&a, &b| row[a].total_cmp(&row[b]))
+                    .unwrap()
+            })
+            .collect();
+        adjusted_rand_index(&of, &thirds()).unwrap()
+    });
+    assert!(p == far.points.nrows() && heavy > 0.9, "{heavy}");
+    assert!(gaussian < heavy, "{gaussian} for {heavy}");
 }
