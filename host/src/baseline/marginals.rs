@@ -31,7 +31,7 @@ pub fn answer(
     let latent = view.latent;
     let mut scratch = vec![0.0; trajectory_scratch_len(latent.basis().count(), latent.rank())];
     let mut log_joint = Vec::with_capacity(view.skills.len());
-    for skill in &view.skills {
+    for (skill, freedom) in view.skills.iter().zip(&model.0.parts().freedom) {
         let prior = Trajectory::prior(latent, *skill)?;
         let mut sum = skill.log_prior();
         for (dof, phase, value, std) in observed.each() {
@@ -43,7 +43,7 @@ pub fn answer(
             let noise = signal.encode_variance(value, std)?;
             let variance = expected.variance + noise + model.0.parts().residual_variance[dof];
             let error = signal.encode(value)? - expected.mean;
-            sum -= 0.5 * (error * error / variance + libm::log(variance) + LN_TWO_PI);
+            sum += log_density(error, variance, *freedom);
         }
         log_joint.push(sum);
     }
@@ -61,4 +61,16 @@ pub fn answer(
         recognised,
         paths,
     })
+}
+
+/// Of an error of this variance: Gaussian, or Student-t as the skill is.
+fn log_density(error: f64, variance: f64, freedom: Option<f64>) -> f64 {
+    let Some(freedom) = freedom else {
+        return -0.5 * (error * error / variance + libm::log(variance) + LN_TWO_PI);
+    };
+    let scale = variance * (freedom - 2.0);
+    libm::lgamma(0.5 * (freedom + 1.0))
+        - libm::lgamma(0.5 * freedom)
+        - 0.5 * libm::log(core::f64::consts::PI * scale)
+        - 0.5 * (freedom + 1.0) * libm::log1p(error * error / scale)
 }
