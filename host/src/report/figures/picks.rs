@@ -8,7 +8,6 @@ use crate::model::Model;
 use crate::report::chart::{Ink, Key, Mark, Panel, Series, class};
 use crate::report::html::Figure;
 
-const WIDTH: f64 = 1.96;
 /// Positions of the hand and of the robot, in [`DOFS`](crate::session::DOFS).
 const SHOWN: [usize; 6] = [0, 1, 2, 6, 7, 8];
 const SINGLE: Mark = Mark::Band(Ink::Grey, 0.3);
@@ -72,13 +71,11 @@ fn priors(
     let panels = SHOWN.into_iter().map(|dof| {
         let mut series = Vec::new();
         let mut add = |model: &Model, skill: usize, band: Mark, line: Option<Mark>| {
-            let Some((phases, mean, std)) = predicted(model, &[], skill, dof) else {
+            let Some(expected) = predicted(model, &[], skill, dof) else {
                 return;
             };
-            let low: Vec<_> = mean.iter().zip(&std).map(|(m, s)| m - WIDTH * s).collect();
-            let high: Vec<_> = mean.iter().zip(&std).map(|(m, s)| m + WIDTH * s).collect();
-            series.push(Series::band(band, &phases, &low, &high));
-            series.extend(line.map(|line| Series::over(line, &phases, &mean)));
+            series.push(expected.band(band));
+            series.extend(line.map(|line| expected.line(line)));
         };
         if let Some(single) = single {
             add(single, 0, SINGLE, None);
@@ -91,15 +88,12 @@ fn priors(
     });
     let skills = model.labels().iter().enumerate();
     let mut keys: Vec<Key> = skills.map(|(i, label)| key(marks(i).1, label)).collect();
-    keys.push(key(
-        SINGLE,
-        "one Gaussian over all, ± 1.96 standard deviations",
-    ));
+    keys.push(key(SINGLE, "one Gaussian over all, 95 % interval"));
     Figure {
         id,
         title: title.to_owned(),
         caption: format!(
-            "Mean and ± 1.96 standard deviations of each skill before anything is observed (seed {seed}; paper, figure \
+            "Mean and pointwise 95 % interval of each skill before anything is observed (seed {seed}; paper, figure \
              14). The grey band is one Gaussian learnt from all demonstrations together: wide, and about none of them."
         ),
         keys,

@@ -8,8 +8,8 @@ use crate::model::recognise::Recogniser;
 use crate::report::chart::{Board, Ink, Key, Mark, Panel, Series, Shape, Stroke};
 use crate::report::html::Figure;
 
-/// Half a 95 % interval in standard deviations.
-const WIDTH: f64 = 1.96;
+/// Probability of the intervals shown.
+const INTERVAL: f64 = 0.95;
 /// The two DoFs whose coupling is shown: hand and robot along y, in [`DOFS`](crate::session::DOFS).
 const COUPLED: [usize; 2] = [1, 7];
 /// The same of their stiffnesses.
@@ -121,15 +121,13 @@ fn weights(shown: &Shown<'_>, seed: u64) -> Figure {
         .into_iter()
         .chain(COUPLED_STIFFNESS)
         .filter_map(|dof| {
-            let (phases, mean, std) = expected(model, &[], dof)?;
-            let low: Vec<_> = mean.iter().zip(&std).map(|(m, s)| m - WIDTH * s).collect();
-            let high: Vec<_> = mean.iter().zip(&std).map(|(m, s)| m + WIDTH * s).collect();
+            let expected = predicted(model, &[], 0, dof)?;
             let each = demonstrations
                 .iter()
                 .map(|d| Series::new(DEMONSTRATION, curve(d, dof)));
-            let mut series = vec![Series::band(POSTERIOR_BAND, &phases, &low, &high)];
+            let mut series = vec![expected.band(POSTERIOR_BAND)];
             series.extend(each);
-            series.push(Series::over(POSTERIOR, &phases, &mean));
+            series.push(expected.line(POSTERIOR));
             Some(Panel::new(&dof_name(dof), PHASE, dof_axis(dof), series))
         });
     Figure {
@@ -145,7 +143,7 @@ fn weights(shown: &Shown<'_>, seed: u64) -> Figure {
         keys: vec![
             key(DEMONSTRATION, "a demonstration"),
             key(POSTERIOR, "mean of the skill"),
-            key(POSTERIOR_BAND, "mean ± 1.96 standard deviations"),
+            key(POSTERIOR_BAND, "95 % interval of a recorded value"),
         ],
         boards: vec![mean_board(model), correlation_board(model)],
         panels: panels.collect(),
@@ -229,15 +227,19 @@ fn correlation_board(model: &Model) -> Board {
 fn conditioning(model: &Model, seed: u64) -> Figure {
     let id = "fig-conditioning";
     let title = "Conditioning one of two coupled DoFs";
-    let Some((phases, mean, std)) = expected(model, &[], COUPLED[0]) else {
+    let before = predicted(model, &[], 0, COUPLED[0]);
+    let ends = before
+        .as_ref()
+        .and_then(|b| Some((b.mean.last()?, b.high.last()?)));
+    let Some((&mean, &high)) = ends else {
         return super::absent(id, title);
     };
-    let last = phases.len() - 1;
+    // Three quarters of the way to the interval's end.
     let seen = (
         COUPLED[0],
-        phases[last],
-        mean[last] + 1.5 * std[last],
-        0.1 * std[last],
+        1.0,
+        mean + 0.75 * (high - mean),
+        0.05 * (high - mean),
     );
     let panels = COUPLED.into_iter().filter_map(|dof| {
         let mut series = Vec::new();
@@ -245,11 +247,9 @@ fn conditioning(model: &Model, seed: u64) -> Figure {
             (&[][..], PRIOR_BAND, PRIOR),
             (&[seen][..], POSTERIOR_BAND, POSTERIOR),
         ] {
-            let (phases, mean, std) = expected(model, observed, dof)?;
-            let low: Vec<_> = mean.iter().zip(&std).map(|(m, s)| m - WIDTH * s).collect();
-            let high: Vec<_> = mean.iter().zip(&std).map(|(m, s)| m + WIDTH * s).collect();
-            series.push(Series::band(band, &phases, &low, &high));
-            series.push(Series::over(line, &phases, &mean));
+            let expected = predicted(model, observed, 0, dof)?;
+            series.push(expected.band(band));
+            series.push(expected.line(line));
         }
         if dof == seen.0 {
             series.push(Series::new(VIA, [(seen.1, seen.2)]));
@@ -260,16 +260,16 @@ fn conditioning(model: &Model, seed: u64) -> Figure {
     });
     let keys: Vec<Key> = vec![
         key(PRIOR, "mean before"),
-        key(PRIOR_BAND, "± 1.96 standard deviations before"),
+        key(PRIOR_BAND, "95 % interval before"),
         key(POSTERIOR, "mean after"),
-        key(POSTERIOR_BAND, "± 1.96 standard deviations after"),
+        key(POSTERIOR_BAND, "95 % interval after"),
         key(VIA, "observed"),
     ];
     Figure {
         id,
         title: title.to_owned(),
         caption: format!(
-            "One value of {} is observed at the end, 1.5 standard deviations above its mean; {} is not observed and \
+            "One value of {} is observed at the end, three quarters of the way to the upper end of its interval; {} is not observed and \
              moves with it (paper, figure 5; the model of seed {seed}).",
             dof_name(COUPLED[0]),
             dof_name(COUPLED[1])
@@ -281,34 +281,54 @@ fn conditioning(model: &Model, seed: u64) -> Figure {
     }
 }
 
-/// Phases, mean and standard deviation of a DoF of the first skill after observations of DoF, phase, value, std.
-fn expected(
-    model: &Model,
-    observed: &[(usize, f64, f64, f64)],
-    dof: usize,
-) -> Option<(Vec<f64>, Vec<f64>, Vec<f64>)> {
-    predicted(model, observed, 0, dof)
+/// What a skill expects of a DoF.
+pub(super) struct Expected {
+    phases: Vec<f64>,
+    pub(super) mean: Vec<f64>,
+    low: Vec<f64>,
+    pub(super) high: Vec<f64>,
 }
 
-/// As [`expected`], of any skill.
+impl Expected {
+    /// Its pointwise interval.
+    pub(super) fn band(&self, mark: Mark) -> Series {
+        Series::band(mark, &self.phases, &self.low, &self.high)
+    }
+
+    /// Its mean.
+    pub(super) fn line(&self, mark: Mark) -> Series {
+        Series::over(mark, &self.phases, &self.mean)
+    }
+}
+
+/// What a skill expects of a DoF after observations of DoF, phase, value, std.
 pub(super) fn predicted(
     model: &Model,
     observed: &[(usize, f64, f64, f64)],
     skill: usize,
     dof: usize,
-) -> Option<(Vec<f64>, Vec<f64>, Vec<f64>)> {
+) -> Option<Expected> {
     let view = model.view().ok()?;
     let mut recogniser = Recogniser::new(model, &view).ok()?;
     for &(dof, phase, value, std) in observed {
         recogniser.observe(dof, phase, value, std).ok()?;
     }
-    let (mut phases, mut means, mut stds) = (Vec::new(), Vec::new(), Vec::new());
+    let mut expected = Expected {
+        phases: Vec::new(),
+        mean: Vec::new(),
+        low: Vec::new(),
+        high: Vec::new(),
+    };
     for point in 0..super::POINTS {
         let phase = point as f64 / (super::POINTS - 1) as f64;
-        let prediction = recogniser.predict(skill, dof, phase).ok()?;
-        phases.push(phase);
-        means.push(prediction.mean);
-        stds.push(prediction.std);
+        let spread = recogniser.spread(skill, dof, phase).ok()?;
+        let (low, high) = spread.interval(INTERVAL).ok()?;
+        expected.phases.push(phase);
+        expected
+            .mean
+            .push(recogniser.predict(skill, dof, phase).ok()?.mean);
+        expected.low.push(low);
+        expected.high.push(high);
     }
-    Some((phases, means, stds))
+    Some(expected)
 }
