@@ -12,7 +12,6 @@
 mod config;
 mod grid;
 mod interval;
-mod rest;
 
 use tonus_shared::promp::{
     Bank, Hypothesis, Observation, Observed, Quantity, Row, bank_len, trajectory_scratch_len,
@@ -184,16 +183,6 @@ impl<'m> TempoRecogniser<'m> {
             out.fill(f64::NEG_INFINITY);
         }
         out
-    }
-
-    /// Log posterior probability of each skill as the next movement's, in the order of [`Model::labels`]: from where
-    /// the hand was last seen before it begins, which is about where the movement starts. The prior without such an
-    /// observation, and while a movement is followed.
-    ///
-    /// # Errors
-    /// As [`Bank::observe`].
-    pub fn next_log_posterior(&self) -> Result<Vec<f64>, RecogniseError> {
-        rest::log_posterior(*self.bank.latent(), self.bank.skills(), &self.kept)
     }
 
     /// Mean and standard deviation of the phase at a time; `None` at rest.

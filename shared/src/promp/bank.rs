@@ -216,12 +216,6 @@ where
         self.dropped
     }
 
-    /// The latent space.
-    #[must_use]
-    pub const fn latent(&self) -> &Latent<'a, T> {
-        &self.latent
-    }
-
     /// The skills, in the order of every index of a skill here.
     #[must_use]
     pub const fn skills(&self) -> &'a [Skill<'a, T>] {
