@@ -21,7 +21,12 @@ fn list<'v>(of: &'v Value, key: &str) -> &'v [Value] {
 }
 
 fn number(of: &Value, key: &str) -> f64 {
-    let at = key.split('.').fold(of, |value, key| &value[key]);
+    let at = key
+        .split('.')
+        .fold(of, |value, key| match key.parse::<usize>() {
+            Ok(index) => &value[index],
+            Err(_) => &value[key],
+        });
     at.as_f64().unwrap_or_else(|| panic!("no number {key}"))
 }
 
@@ -51,8 +56,13 @@ fn shape(set: &Value) {
         total,
     );
     for chosen in list(set, "chosen") {
-        assert!(number(chosen, "sigma_m") > 0.0);
         assert_eq!(list(chosen, "temperatures").len(), 4);
+        let mixture = list(chosen, "mixture");
+        assert!(mixture.iter().all(|one| number(one, "sigma_m") > 0.0));
+        for place in ["weight", "weights.0", "weights.1", "weights.2", "weights.3"] {
+            let weights = mixture.iter().map(|one| number(one, place));
+            assert!((weights.sum::<f64>() - 1.0).abs() < 1e-9, "{chosen}");
+        }
     }
     assert_eq!(number(set, "decision.total"), total);
     assert!(number(set, "decision.wrong") <= number(set, "decision.decided"));
