@@ -47,6 +47,11 @@ pub struct Member {
     pub weight: f64,
     /// Stacking weights after the first 20, 30, 50, 100 % of the movement.
     pub weights: Vec<f64>,
+    /// Temperatures of its own posterior there, before it is mixed.
+    pub temperatures: Vec<f64>,
+    /// The same.
+    #[serde(skip)]
+    pub(super) softening: Vec<Temperature>,
 }
 
 impl Chosen {
@@ -77,7 +82,8 @@ pub(super) fn each(set: &Set, parts: &[Part]) -> Result<Vec<Chosen>, ExperimentE
 type Known = BTreeMap<Choice, Vec<Vec<Forecast>>>;
 
 /// Every setting that the search has looked at, with each noise, gets its weight in a mixture of least log-loss of what
-/// is left out in turn; those with one are weighed again after each part of the movement. Temperatures come last.
+/// is left out in turn; those with one are weighed again after each part of the movement. Each is tempered before, for one
+/// that is too sure of itself would weigh little however often it is right, and the mixture afterwards.
 fn choose(set: &Set, part: &Part) -> Result<Chosen, ExperimentError> {
     let mut mixture = stacked(set, &search(set, &part.folds)?)?;
     let mut of_members = Vec::with_capacity(mixture.len());
@@ -87,19 +93,19 @@ fn choose(set: &Set, part: &Part) -> Result<Chosen, ExperimentError> {
     }
     let mut softening = [Temperature::ONE; 4];
     for (place, softening) in softening.iter_mut().enumerate() {
-        let of_members: Vec<&[Forecast]> = of_members
-            .iter()
-            .map(|at_fractions| at_fractions[place].as_slice())
-            .collect();
-        let own: Vec<Vec<f64>> = of_members.iter().map(|all| truths(all)).collect();
+        let mut softened = Vec::with_capacity(mixture.len());
+        for (member, at_fractions) in mixture.iter_mut().zip(&of_members) {
+            let own = Temperature::fit(&at_fractions[place])?;
+            member.temperatures.push(own.get());
+            member.softening.push(own);
+            softened.push(all_softened(own, &at_fractions[place]));
+        }
+        let own: Vec<Vec<f64>> = softened.iter().map(|all| truths(all)).collect();
         let weights = shares(&own)?;
         let together = (0..own[0].len()).map(|i| {
-            let posteriors = of_members.iter().map(|all| all[i].log_posterior().to_vec());
-            mixed(
-                &weights,
-                &posteriors.collect::<Vec<_>>(),
-                of_members[0][i].truth(),
-            )
+            let posteriors = softened.iter().map(|all| all[i].log_posterior().to_vec());
+            let posteriors: Vec<_> = posteriors.collect();
+            mixed(&weights, &posteriors, softened[0][i].truth())
         });
         *softening = Temperature::fit(&together.collect::<Result<Vec<_>, _>>()?)?;
         for (member, weight) in mixture.iter_mut().zip(weights) {
@@ -176,7 +182,10 @@ fn stacked(set: &Set, known: &Known) -> Result<Vec<Member>, ExperimentError> {
     for (choice, forecasts) in known {
         let of_sigmas = forecasts.chunks(grid.fractions.len());
         for (&sigma_m, of_sigma) in grid.sigmas_m.iter().zip(of_sigmas) {
-            let own: Vec<f64> = of_sigma.iter().flat_map(|all| truths(all)).collect();
+            let mut own = Vec::new();
+            for all in of_sigma {
+                own.extend(truths(&all_softened(Temperature::fit(all)?, all)));
+            }
             candidates.push((grid.setting(choice), sigma_m, own));
         }
     }
@@ -196,10 +205,17 @@ fn stacked(set: &Set, known: &Known) -> Result<Vec<Member>, ExperimentError> {
             sigma_m,
             weight,
             weights: Vec::with_capacity(FRACTIONS.len()),
+            temperatures: Vec::with_capacity(FRACTIONS.len()),
+            softening: Vec::with_capacity(FRACTIONS.len()),
         })
         .collect();
     members.sort_by(|one, other| other.weight.total_cmp(&one.weight));
     Ok(members)
+}
+
+fn all_softened(temperature: Temperature, forecasts: &[Forecast]) -> Vec<Forecast> {
+    let softened = |forecast| temperature.softened(forecast);
+    forecasts.iter().map(softened).collect()
 }
 
 /// Log probabilities given to what was true.

@@ -65,8 +65,8 @@ pub(super) const DIGITS: Plan = Plan {
         placements_m: &[0.03],
         shares: &[Some((0.3, 0.1)), Some((0.1, 0.3))],
         freedoms: &[None, Some(5.0)],
-        sigmas_m: &[0.03, 0.05],
-        fractions: &[1.0],
+        sigmas_m: &[0.03],
+        fractions: &[0.3, 1.0],
     },
 };
 

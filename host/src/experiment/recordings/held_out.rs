@@ -106,8 +106,8 @@ impl Held {
         for &i in &fold.tested {
             let mut say =
                 |look: Look, fraction: f64| -> Result<(Forecast, Forecast), ExperimentError> {
-                    let raw = mixture.forecast(&look, i)?;
-                    Ok((chosen.temperature(fraction).softened(&raw), raw))
+                    let (tempered, raw) = mixture.forecast(&look, i)?;
+                    Ok((chosen.temperature(fraction).softened(&tempered), raw))
                 };
             for (place, fraction) in FRACTIONS.into_iter().enumerate() {
                 let (tempered, raw) = say(shown.look(count, fraction, 0.0, i), fraction)?;
@@ -126,8 +126,9 @@ impl Held {
         if training {
             for &i in &fold.learned {
                 let look = shown.look(count, 1.0, 0.0, i);
-                let raw = mixture.forecast(&look, i)?;
-                self.training.push(chosen.temperature(1.0).softened(&raw));
+                let (tempered, _) = mixture.forecast(&look, i)?;
+                self.training
+                    .push(chosen.temperature(1.0).softened(&tempered));
             }
         }
         Ok(())

@@ -46,14 +46,15 @@ impl<'m> Mixture<'m> {
         }
     }
 
-    /// What is said at the end of the look.
+    /// What is said at the end of the look by the members tempered, and as they are.
     pub(super) fn forecast(
         &mut self,
         look: &Look,
         movement: usize,
-    ) -> Result<Forecast, ExperimentError> {
+    ) -> Result<(Forecast, Forecast), ExperimentError> {
         let place = Chosen::place(look.fraction);
-        let (mut weights, mut posteriors, mut true_class) = (Vec::new(), Vec::new(), 0);
+        let (mut weights, mut softened, mut raw) = (Vec::new(), Vec::new(), Vec::new());
+        let mut true_class = 0;
         for (member, recogniser) in &mut self.members {
             if member.weights[place] <= 0.0 {
                 continue;
@@ -62,10 +63,14 @@ impl<'m> Mixture<'m> {
             look.watch(recogniser, member.sigma_m, shape, |_, _| Ok(()))?;
             let (posterior, truth) = over_classes(recogniser, shape)?;
             weights.push(member.weights[place]);
-            posteriors.push(posterior);
+            softened.push(member.softening[place].soften(&posterior));
+            raw.push(posterior);
             true_class = truth;
         }
-        mixed(&weights, &posteriors, true_class)
+        Ok((
+            mixed(&weights, &softened, true_class)?,
+            mixed(&weights, &raw, true_class)?,
+        ))
     }
 
     /// What is said after each instant. Those who see the movement by path have seen another part of it than those by
@@ -91,12 +96,14 @@ impl<'m> Mixture<'m> {
                     });
                 }
                 if let Some(instant) = instants.get_mut(step) {
-                    let weight = member.weights[Chosen::place(instant.share)];
+                    let place = Chosen::place(instant.share);
+                    let weight = member.weights[place];
                     if weight > 0.0 {
                         let time_s = self.set.time_s(movement, phase, share);
                         instant.time_s = instant.time_s.max(time_s);
                         instant.weights.push(weight);
-                        instant.posteriors.push(posterior);
+                        let softened = member.softening[place].soften(&posterior);
+                        instant.posteriors.push(softened);
                     }
                 }
                 step += 1;
