@@ -190,7 +190,8 @@ fn temperatures(document: &Value, sets: &[Value]) -> Table {
         id: "table-recordings-temperatures",
         title: "Temperatures, from each training part".to_owned(),
         caption:
-            "Of the mixed probabilities, fitted to what is left out of the training part in turn."
+            "Of the mixed probabilities, each setting's own tempered before; fitted to what is left out of the \
+                  training part in turn."
                 .to_owned(),
         header: header(&[
             "recording",

@@ -19,7 +19,7 @@ const OBSERVATIONS: usize = 10;
 /// Most noise of its sweep, centimetres.
 const NOISE_CM: u32 = 5;
 
-/// Forecasts, tempered unless they are `raw`.
+/// Forecasts, tempered unless they are `raw`: neither the mixture nor its members are.
 #[derive(Debug, Default)]
 pub(super) struct Held {
     /// At each of the fractions.
