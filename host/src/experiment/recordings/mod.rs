@@ -8,8 +8,8 @@
 //! Everything that is chosen (basis, ridge, shrinkage, placement, assumed noise, the ways in which a class is
 //! performed: weights of such settings in a mixture; temperatures) is chosen on the training part alone, by leaving out
 //! parts of it in turn. Start and duration are known (an oracle) unless a field says `unknown_tempo`. What was not
-//! decided that way: the values that may be chosen from and that settings are mixed, both with figures on these
-//! recordings in view.
+//! decided that way: the values that may be chosen from, that settings are mixed, and that each is tempered before it is
+//! weighed, all with figures on these recordings in view.
 
 mod calibration;
 mod choose;
