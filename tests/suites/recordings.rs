@@ -101,6 +101,7 @@ fn all_of_them() {
         assert!(right >= least, "set {set}, point {point}: {right}");
     }
 
+    assert_eq!(list(found, "calibration").len(), 4);
     let most = [0.065, 0.05, 0.05, 0.05];
     for (pooled, most) in list(found, "calibration").iter().zip(most) {
         assert_eq!(number(pooled, "total"), 394.0);

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::choose::Chosen;
 use super::data::Set;
 use super::look::{Look, score};
-use super::mixture::{self, Mixture};
+use super::mixture::{self, Ensemble};
 use super::parts::{Fold, Part};
 use super::unknown_tempo::{self, Following, UnknownTempo};
 use super::{At, CONFIDENCE, Decisions, FRACTIONS};
@@ -99,7 +99,7 @@ impl Held {
         let views: Vec<_> = models.iter().map(Model::view).collect::<Result<_, _>>()?;
         let recognisers = models.iter().zip(&views);
         let recognisers = recognisers.map(|(model, view)| Recogniser::new(model, view));
-        let mut mixture = Mixture::new(set, chosen, recognisers.collect::<Result<_, _>>()?);
+        let mut mixture = Ensemble::new(set, chosen, recognisers.collect::<Result<_, _>>()?);
         let count = set.plan.observations;
         self.observations.resize(OBSERVATIONS, Vec::new());
         self.noises.resize(NOISE_CM as usize + 1, Vec::new());
@@ -187,7 +187,7 @@ impl Held {
 /// When the observations of the whole movement, one after the other, make a class probable enough.
 fn decided(
     shown: &Shown<'_>,
-    mixture: &mut Mixture<'_>,
+    mixture: &mut Ensemble<'_>,
     movement: usize,
 ) -> Result<(Option<Decision>, usize), ExperimentError> {
     let look = shown.look(shown.set.plan.observations, 1.0, 0.0, movement);

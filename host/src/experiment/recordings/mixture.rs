@@ -24,7 +24,7 @@ pub(super) fn learn(
 }
 
 /// Who answers.
-pub(super) struct Mixture<'m> {
+pub(super) struct Ensemble<'m> {
     set: &'m Set,
     members: Vec<(&'m Member, Recogniser<'m>)>,
 }
@@ -37,7 +37,7 @@ pub(super) struct Seen {
     pub(super) forecast: Forecast,
 }
 
-impl<'m> Mixture<'m> {
+impl<'m> Ensemble<'m> {
     /// The members of `chosen` with their recognisers, in their order.
     pub(super) fn new(set: &'m Set, chosen: &'m Chosen, recognisers: Vec<Recogniser<'m>>) -> Self {
         Self {
