@@ -33,6 +33,7 @@ use crate::model::cluster::ClusterError;
 use crate::model::evaluate::EvaluateError;
 use crate::model::novelty::GateError;
 use crate::model::recognise::RecogniseError;
+use crate::model::stacking::StackError;
 use crate::model::{HyperparametersError, LearnError};
 use crate::simulate::difficulty::DensityError;
 use crate::simulate::operator::OperatorError;
@@ -177,6 +178,9 @@ pub enum ExperimentError {
     /// Calibration.
     #[error(transparent)]
     Calibration(#[from] CalibrationError),
+    /// Settings that cannot be mixed.
+    #[error(transparent)]
+    Stacking(#[from] StackError),
     /// A recorded movement without the rows in which the hand is hidden.
     #[error("{}: trial {trial}, rows in which the hand is seen: {source}", file.display())]
     Recording {

@@ -17,6 +17,7 @@ pub(super) fn tables(document: &Value) -> Vec<Table> {
         recognition(document, sets),
         less_known(document, sets),
         chosen(document, sets),
+        temperatures(document, sets),
         calibration(document, sets),
         decisions(document, sets),
         others(document, sets),
@@ -89,7 +90,8 @@ fn recognition(document: &Value, sets: &[Value]) -> Table {
         id: "table-recordings",
         title: "Recordings of real people".to_owned(),
         caption: "Right answers; ten observations (digits: fifteen) in the first part of each movement, its duration \
-                  known. Parts of digits are parts of the path's length where the phase is so."
+                  known. Parts of digits are parts of the duration for some that answer, of the path's length for \
+                  others."
             .to_owned(),
         header: header(&names),
         rows: of_each(document, sets, &keys),
@@ -132,34 +134,73 @@ fn chosen(document: &Value, sets: &[Value]) -> Table {
     let mut rows = Vec::new();
     for (i, set) in sets.iter().enumerate() {
         for (j, one) in items(set, "/chosen").iter().enumerate() {
-            let of = |key: &str| number(document, &format!("{SETS}.{i}.chosen.{j}.{key}"));
-            rows.push(vec![
-                words(set, "name"),
-                words(one, "part"),
-                words(one, "ways"),
-                words(one, "phase"),
-                of("functions"),
-                of("ridge"),
-                of("placement_m"),
-                of("shares.0"),
-                of("shares.1"),
-                of("sigma_m"),
-                of("temperatures.0"),
-                of("temperatures.1"),
-                of("temperatures.2"),
-                of("temperatures.3"),
-            ]);
+            for (k, member) in items(one, "/mixture").iter().enumerate() {
+                let path = format!("{SETS}.{i}.chosen.{j}.mixture.{k}");
+                let of = |key: &str| number(document, &format!("{path}.{key}"));
+                rows.push(vec![
+                    words(set, "name"),
+                    words(one, "part"),
+                    words(member, "ways"),
+                    words(member, "phase"),
+                    of("functions"),
+                    of("ridge"),
+                    of("placement_m"),
+                    of("shares.0"),
+                    of("shares.1"),
+                    of("freedom"),
+                    of("sigma_m"),
+                    of("weights.0"),
+                    of("weights.1"),
+                    of("weights.2"),
+                    of("weights.3"),
+                ]);
+            }
         }
     }
     Table {
         id: "table-recordings-chosen",
-        title: "What was chosen on each training part".to_owned(),
-        caption: "By log-loss of what is left out of the training part in turn. Shares that are not given are those of \
-                  greatest leave-one-out likelihood."
+        title: "What answers together, from each training part".to_owned(),
+        caption: "Weights after a part of the movement, of least log-loss of what is left out of the training part in \
+                  turn. Shares and degrees of freedom that are not given are those of greatest leave-one-out \
+                  likelihood; with shares, none is a Gaussian."
             .to_owned(),
         header: header(&[
             "recording", "training part", "ways", "phase", "K", "ridge", "placement, m", "pooled", "diagonal",
-            "sigma, m", "temperature, 20 %", "30 %", "50 %", "whole",
+            "freedom", "sigma, m", "weight, 20 %", "30 %", "50 %", "whole",
+        ]),
+        rows,
+    }
+}
+
+fn temperatures(document: &Value, sets: &[Value]) -> Table {
+    let mut rows = Vec::new();
+    for (i, set) in sets.iter().enumerate() {
+        for (j, one) in items(set, "/chosen").iter().enumerate() {
+            let path = format!("{SETS}.{i}.chosen.{j}.temperatures");
+            let of_parts = (0..4).map(|place| number(document, &format!("{path}.{place}")));
+            let names = [
+                words(set, "name"),
+                words(set, "held_out"),
+                words(one, "part"),
+            ];
+            rows.push(names.into_iter().chain(of_parts).collect());
+        }
+    }
+    Table {
+        id: "table-recordings-temperatures",
+        title: "Temperatures, from each training part".to_owned(),
+        caption:
+            "Of the mixed probabilities, each setting's own tempered before; fitted to what is left out of the \
+                  training part in turn."
+                .to_owned(),
+        header: header(&[
+            "recording",
+            "held out",
+            "training part",
+            "first 20 %",
+            "first 30 %",
+            "first 50 %",
+            "whole",
         ]),
         rows,
     }

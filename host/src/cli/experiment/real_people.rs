@@ -38,7 +38,10 @@ fn recording(out: &mut String, found: &Value) {
         round(number(found, "demonstrations")),
         round(number(found, "observations")),
     );
-    line(out, "  chosen on the training part alone");
+    line(
+        out,
+        "  chosen on the training part alone; weights in the mixture, temperatures after 20, 30, 50, 100 %",
+    );
     for one in items(found, "chosen") {
         chosen(out, one);
     }
@@ -98,27 +101,38 @@ fn recording(out: &mut String, found: &Value) {
 }
 
 fn chosen(out: &mut String, one: &Value) {
-    let of = |key: &str| number(one, key);
-    let shares = match items(one, "shares") {
-        [pooled, diagonal] => format!("shares {pooled} and {diagonal}"),
-        _ => "shares by likelihood".to_owned(),
-    };
-    let temperatures: Vec<String> = items(one, "temperatures")
-        .iter()
-        .map(|t| format!("{:.2}", t.as_f64().unwrap_or(f64::NAN)))
-        .collect();
     let _infallible = writeln!(
         out,
-        "    {}: {}, phase by {}, K {}, ridge {}, placement {} m, {shares}, sigma {} m, temperatures {}",
+        "    {}: temperatures {}",
         words(one, "part"),
-        words(one, "ways").replace('_', " "),
-        words(one, "phase"),
-        round(of("functions")),
-        of("ridge"),
-        of("placement_m"),
-        of("sigma_m"),
-        temperatures.join(" "),
+        listed(one, "temperatures"),
     );
+    for member in items(one, "mixture") {
+        let of = |key: &str| number(member, key);
+        let shares = match items(member, "shares") {
+            [pooled, diagonal] => format!("shares {pooled} and {diagonal}"),
+            _ => "shares by likelihood".to_owned(),
+        };
+        let freedom = member.get("freedom").and_then(Value::as_f64);
+        let freedom = freedom.map_or_else(String::new, |f| format!(", freedom {f}"));
+        let _infallible = writeln!(
+            out,
+            "      weights {}: {}, phase by {}, K {}, ridge {}, placement {} m, {shares}{freedom}, sigma {} m",
+            listed(member, "weights"),
+            words(member, "ways").replace('_', " "),
+            words(member, "phase"),
+            round(of("functions")),
+            of("ridge"),
+            of("placement_m"),
+            of("sigma_m"),
+        );
+    }
+}
+
+fn listed(of: &Value, key: &str) -> String {
+    let numbers = items(of, key).iter();
+    let numbers = numbers.map(|n| format!("{:.2}", n.as_f64().unwrap_or(f64::NAN)));
+    numbers.collect::<Vec<_>>().join(" ")
 }
 
 fn calibration(out: &mut String, found: &Value) {

@@ -22,7 +22,7 @@ pub struct Calibration {
     pub by_chance: f64,
     /// Mean of minus the logarithm of the probability of the right answer, nats.
     pub log_loss: f64,
-    /// The same before the temperature of the training part.
+    /// The same of the same mixture without any temperature of the training part.
     pub untempered: Untempered,
     /// The bins, least confident first; of all recordings together alone.
     #[serde(skip_serializing_if = "Vec::is_empty")]

@@ -102,7 +102,7 @@ impl Set {
                 phase,
                 functions,
                 ridge,
-                ..grid.setting(&[0; 6])
+                ..grid.setting(&super::setting::Choice::default())
             };
             let valid = setting.valid(self.plan.dofs)?;
             let forward = self.at(phase);

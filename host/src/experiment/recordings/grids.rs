@@ -41,6 +41,7 @@ pub(super) const ACTIONS: Plan = Plan {
         ridges: &[1e-1, 1e-3],
         placements_m: &[0.2, 0.1, 0.0],
         shares: &[None],
+        freedoms: &[None],
         sigmas_m: &[0.01, 0.02, 0.03, 0.05, 0.1],
         fractions: &[0.3, 0.5, 1.0],
     },
@@ -53,7 +54,7 @@ pub(super) const DIGITS: Plan = Plan {
     occluded: None,
     observations: 15,
     blocks: 6,
-    inner: 3,
+    inner: 5,
     novelty_folds: 3,
     runs: false,
     grid: Grid {
@@ -63,8 +64,9 @@ pub(super) const DIGITS: Plan = Plan {
         ridges: &[1e-3],
         placements_m: &[0.03],
         shares: &[Some((0.3, 0.1)), Some((0.1, 0.3))],
-        sigmas_m: &[0.03, 0.05],
-        fractions: &[1.0],
+        freedoms: &[None, Some(5.0)],
+        sigmas_m: &[0.03],
+        fractions: &[0.3, 1.0],
     },
 };
 
@@ -85,6 +87,7 @@ pub(super) const REACHES: Plan = Plan {
         ridges: &[1e-3],
         placements_m: &[0.0],
         shares: &[None],
+        freedoms: &[None],
         sigmas_m: &[0.005, 0.01, 0.03, 0.1],
         fractions: &[0.3, 0.5, 1.0],
     },

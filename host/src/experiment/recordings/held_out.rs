@@ -4,11 +4,13 @@ use rayon::prelude::*;
 
 use super::choose::Chosen;
 use super::data::Set;
-use super::look::{Look, forecast, score};
+use super::look::{Look, score};
+use super::mixture::{self, Ensemble};
 use super::parts::{Fold, Part};
 use super::unknown_tempo::{self, Following, UnknownTempo};
 use super::{At, CONFIDENCE, Decisions, FRACTIONS};
 use crate::experiment::{Config, ExperimentError, Score};
+use crate::model::Model;
 use crate::model::calibration::{Decision, Early, Forecast, decide};
 use crate::model::recognise::Recogniser;
 
@@ -17,7 +19,7 @@ const OBSERVATIONS: usize = 10;
 /// Most noise of its sweep, centimetres.
 const NOISE_CM: u32 = 5;
 
-/// Forecasts, tempered unless they are `raw`.
+/// Forecasts, tempered unless they are `raw`: neither the mixture nor its members are.
 #[derive(Debug, Default)]
 pub(super) struct Held {
     /// At each of the fractions.
@@ -39,7 +41,7 @@ pub(super) fn test(
 ) -> Result<Held, ExperimentError> {
     let mut tests = Vec::new();
     for (part, chosen) in parts.iter().zip(chosen) {
-        let following = Following::of(set, chosen, &part.training)?;
+        let following = Following::of(set, &part.training)?;
         let of_part = part.tests.iter().enumerate();
         tests.extend(of_part.map(|(place, fold)| (fold, chosen, following, place == 0)));
     }
@@ -74,7 +76,6 @@ impl Shown<'_> {
         Look {
             observations,
             fraction,
-            sigma_m: self.chosen.sigma_m,
             noise_m,
             seed: self
                 .config
@@ -94,18 +95,19 @@ impl Held {
         training: bool,
     ) -> Result<(), ExperimentError> {
         let Shown { set, chosen, .. } = *shown;
-        let model = set.learn(&chosen.setting, &fold.learned)?;
-        let view = model.view()?;
-        let mut recogniser = Recogniser::new(&model, &view)?;
-        let movements = set.at(chosen.setting.phase);
+        let models = mixture::learn(set, chosen, &fold.learned)?;
+        let views: Vec<_> = models.iter().map(Model::view).collect::<Result<_, _>>()?;
+        let recognisers = models.iter().zip(&views);
+        let recognisers = recognisers.map(|(model, view)| Recogniser::new(model, view));
+        let mut mixture = Ensemble::new(set, chosen, recognisers.collect::<Result<_, _>>()?);
         let count = set.plan.observations;
         self.observations.resize(OBSERVATIONS, Vec::new());
         self.noises.resize(NOISE_CM as usize + 1, Vec::new());
         for &i in &fold.tested {
             let mut say =
                 |look: Look, fraction: f64| -> Result<(Forecast, Forecast), ExperimentError> {
-                    let raw = look.forecast(&mut recogniser, &movements[i])?;
-                    Ok((chosen.temperature(fraction).softened(&raw), raw))
+                    let (tempered, raw) = mixture.forecast(&look, i)?;
+                    Ok((chosen.temperature(fraction).softened(&tempered), raw))
                 };
             for (place, fraction) in FRACTIONS.into_iter().enumerate() {
                 let (tempered, raw) = say(shown.look(count, fraction, 0.0, i), fraction)?;
@@ -119,13 +121,14 @@ impl Held {
                 let noise_m = 0.01 * f64::from(cm);
                 said.push(say(shown.look(count, 1.0, noise_m, i), 1.0)?.0);
             }
-            self.decisions.push(decided(shown, &mut recogniser, i)?);
+            self.decisions.push(decided(shown, &mut mixture, i)?);
         }
         if training {
             for &i in &fold.learned {
                 let look = shown.look(count, 1.0, 0.0, i);
-                let raw = look.forecast(&mut recogniser, &movements[i])?;
-                self.training.push(chosen.temperature(1.0).softened(&raw));
+                let (tempered, _) = mixture.forecast(&look, i)?;
+                self.training
+                    .push(chosen.temperature(1.0).softened(&tempered));
             }
         }
         Ok(())
@@ -184,23 +187,19 @@ impl Held {
 /// When the observations of the whole movement, one after the other, make a class probable enough.
 fn decided(
     shown: &Shown<'_>,
-    recogniser: &mut Recogniser<'_>,
+    mixture: &mut Ensemble<'_>,
     movement: usize,
 ) -> Result<(Option<Decision>, usize), ExperimentError> {
-    let Shown { set, chosen, .. } = *shown;
-    let phase = chosen.setting.phase;
-    let shape = &set.at(phase)[movement];
-    let look = shown.look(set.plan.observations, 1.0, 0.0, movement);
-    let mut stream = Vec::new();
-    let mut truth = 0;
-    look.watch(recogniser, shape, |share, seen| {
-        let raw = forecast(seen.model(), &seen.log_posterior(), shape)?;
-        truth = raw.truth();
-        let tempered = chosen.temperature(share).softened(&raw);
-        let time_s = set.time_s(movement, phase, share);
-        stream.push((time_s, tempered.log_posterior().to_vec()));
-        Ok(())
-    })?;
+    let look = shown.look(shown.set.plan.observations, 1.0, 0.0, movement);
+    let seen = mixture.stream(&look, movement)?;
+    let truth = seen.first().map_or(0, |seen| seen.forecast.truth());
+    let stream = seen.iter().map(|seen| {
+        let tempered = shown
+            .chosen
+            .temperature(seen.share)
+            .softened(&seen.forecast);
+        (seen.time_s, tempered.log_posterior().to_vec())
+    });
     Ok((decide(stream, CONFIDENCE)?, truth))
 }
 

@@ -6,9 +6,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 use crate::demonstration::Demonstration;
 use crate::experiment::{ExperimentError, Score};
-use crate::model::Model;
 use crate::model::calibration::Forecast;
-use crate::model::evaluate::EvaluateError;
 use crate::model::recognise::Recogniser;
 
 /// Least log probability that is counted: hypotheses beyond it are dropped.
@@ -20,9 +18,7 @@ pub(super) struct Look {
     pub(super) observations: usize,
     /// Samples after it are not looked at.
     pub(super) fraction: f64,
-    /// Noise that is assumed, metres.
-    pub(super) sigma_m: f64,
-    /// Noise that is added, which the recogniser knows of, metres.
+    /// Noise that is added, which the recogniser knows of besides what it assumes, metres.
     pub(super) noise_m: f64,
     pub(super) seed: u64,
 }
@@ -41,16 +37,17 @@ impl Look {
         phases
     }
 
-    /// Observes `movement` from rest; `each` is told after every instant.
+    /// Observes `movement` from rest, with so much noise assumed; `each` is told after every instant.
     pub(super) fn watch(
         &self,
         recogniser: &mut Recogniser<'_>,
+        sigma_m: f64,
         movement: &Demonstration,
         mut each: impl FnMut(f64, &Recogniser<'_>) -> Result<(), ExperimentError>,
     ) -> Result<(), ExperimentError> {
         recogniser.reset();
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
-        let std = libm::hypot(self.sigma_m, self.noise_m);
+        let std = libm::hypot(sigma_m, self.noise_m);
         for phase in self.phases(movement) {
             for dof in 0..movement.values().len() {
                 let normal: f64 = StandardNormal.sample(&mut random);
@@ -61,32 +58,6 @@ impl Look {
         }
         Ok(())
     }
-
-    /// What is said at the end of it.
-    pub(super) fn forecast(
-        &self,
-        recogniser: &mut Recogniser<'_>,
-        movement: &Demonstration,
-    ) -> Result<Forecast, ExperimentError> {
-        self.watch(recogniser, movement, |_, _| Ok(()))?;
-        forecast(recogniser.model(), &recogniser.log_posterior(), movement)
-    }
-}
-
-/// Over classes, from the log posterior of the skills.
-pub(super) fn forecast(
-    model: &Model,
-    of_skills: &[f64],
-    movement: &Demonstration,
-) -> Result<Forecast, ExperimentError> {
-    let classes = model.classes();
-    let truth = classes.iter().position(|class| *class == movement.class());
-    let truth = truth.ok_or_else(|| EvaluateError::Unknown {
-        file: movement.file().to_owned(),
-        label: movement.class().to_owned(),
-        known: classes.iter().map(|class| (*class).to_owned()).collect(),
-    })?;
-    Ok(Forecast::new(model.class_log_posterior(of_skills), truth)?)
 }
 
 /// Answers counted.

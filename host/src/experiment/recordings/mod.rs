@@ -1,13 +1,15 @@
 //! The same questions to recordings of real people by others.
 //!
 //! ```text
-//! data (tables -> demonstrations) --> choose (training part alone) --> held_out --> calibration
-//!                                                                 \-> unknown_tempo, others; novelty by itself
+//! data (tables -> demonstrations) --> choose (training part alone) --> mixture --> held_out --> calibration
+//!                                                                             \-> unknown_tempo, others; novelty by itself
 //! ```
 //!
-//! Everything that is chosen (basis, ridge, shrinkage, placement, assumed noise, temperatures, the ways in which a
-//! class is performed) is chosen on the training part alone, by leaving out parts of it in turn. Start and duration are
-//! known (an oracle) unless a field says `unknown_tempo`.
+//! Everything that is chosen (basis, ridge, shrinkage, placement, assumed noise, the ways in which a class is
+//! performed: weights of such settings in a mixture; temperatures) is chosen on the training part alone, by leaving out
+//! parts of it in turn. Start and duration are known (an oracle) unless a field says `unknown_tempo`. What was not
+//! decided that way: the values that may be chosen from, that settings are mixed, and that each is tempered before it is
+//! weighed, all with figures on these recordings in view.
 
 mod calibration;
 mod choose;
@@ -15,6 +17,7 @@ mod data;
 mod grids;
 mod held_out;
 mod look;
+mod mixture;
 mod novelty;
 mod others;
 mod parts;
@@ -26,7 +29,7 @@ use std::path::Path;
 use serde::Serialize;
 
 pub use calibration::Calibration;
-pub use choose::Chosen;
+pub use choose::{Chosen, Member};
 pub use novelty::{Nearest, Novelty};
 pub use others::Other;
 pub use setting::{Phase, Setting, Ways};

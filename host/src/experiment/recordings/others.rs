@@ -27,7 +27,7 @@ pub struct Other {
 }
 
 /// Each part's movements by what is learnt from its training part, by time and one way for each class; basis, ridge,
-/// shrinkage, placement and noise as they were chosen there.
+/// shrinkage, placement and noise of the setting that weighs most there.
 pub(super) fn compared(
     set: &Set,
     parts: &[Part],
@@ -45,13 +45,13 @@ pub(super) fn compared(
         let setting = Setting {
             ways: Ways::One,
             phase: Phase::Time,
-            ..chosen.setting
+            ..chosen.heaviest().setting
         };
         let protocol = Protocol {
             valid: setting.valid(set.plan.dofs)?,
             observed: (0..set.plan.dofs.len()).collect(),
             phases: Look::spaced(set.plan.observations, 1.0, false).phases,
-            sigma_m: chosen.sigma_m,
+            sigma_m: chosen.heaviest().sigma_m,
             sigma_share: STIFFNESS_SIGMA,
             noise_m: 0.0,
             seed: config.seed,

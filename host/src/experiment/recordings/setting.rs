@@ -42,6 +42,8 @@ pub struct Setting {
     /// Shares of the pooled and of the diagonal covariance; none: those of greatest leave-one-out likelihood, and
     /// degrees of freedom with them.
     pub shares: Option<(f64, f64)>,
+    /// Degrees of freedom with shares that are given; none: a Gaussian.
+    pub freedom: Option<f64>,
 }
 
 impl Setting {
@@ -51,7 +53,9 @@ impl Setting {
         let (shrinkage, predictive) = match self.shares {
             Some((pooled, diagonal)) => (
                 Shrinkage::Fixed { pooled, diagonal },
-                Predictive::Fixed { freedom: None },
+                Predictive::Fixed {
+                    freedom: self.freedom,
+                },
             ),
             None => (Shrinkage::LeaveOneOut, Predictive::LeaveOneOut),
         };
@@ -67,7 +71,7 @@ impl Setting {
 }
 
 /// Which value of each decision.
-pub(super) type Choice = [usize; 6];
+pub(super) type Choice = [usize; 7];
 
 /// What is chosen from; the first values are what the search starts with.
 #[derive(Debug)]
@@ -78,6 +82,7 @@ pub(super) struct Grid {
     pub(super) ridges: &'static [f64],
     pub(super) placements_m: &'static [f64],
     pub(super) shares: &'static [Option<(f64, f64)>],
+    pub(super) freedoms: &'static [Option<f64>],
     /// Noise that the recogniser assumes, metres.
     pub(super) sigmas_m: &'static [f64],
     /// Parts of the movement whose log-losses are added up.
@@ -93,6 +98,7 @@ impl Grid {
             self.ridges.len(),
             self.placements_m.len(),
             self.shares.len(),
+            self.freedoms.len(),
         ]
     }
 
@@ -104,6 +110,7 @@ impl Grid {
             ridge: self.ridges[choice[3]],
             placement_m: self.placements_m[choice[4]],
             shares: self.shares[choice[5]],
+            freedom: self.freedoms[choice[6]],
         }
     }
 }

@@ -13,7 +13,7 @@ use super::parts::Fold;
 use super::setting::{Phase, Setting};
 use crate::experiment::statistics::median;
 use crate::experiment::{ExperimentError, Score};
-use crate::model::Model;
+use crate::model::stacking::mixed;
 use crate::model::tempo::{TempoConfig, TempoRecogniser};
 
 /// After which parts of the true movement something is said.
@@ -52,16 +52,11 @@ pub(super) struct Following {
     onset: Option<OnsetConfig>,
     /// One observation so often.
     interval_s: f64,
-    sigma_m: f64,
 }
 
 impl Following {
     /// The detector's error, and how often is observed, from the training part alone.
-    pub(super) fn of(
-        set: &Set,
-        chosen: &Chosen,
-        training: &[usize],
-    ) -> Result<Self, ExperimentError> {
+    pub(super) fn of(set: &Set, training: &[usize]) -> Result<Self, ExperimentError> {
         let of_training = training
             .iter()
             .map(|&i| set.demonstrations()[i].duration_s());
@@ -87,7 +82,6 @@ impl Following {
             },
             onset,
             interval_s: median(&durations) / steps as f64,
-            sigma_m: chosen.sigma_m,
         })
     }
 }
@@ -119,29 +113,41 @@ impl Said {
     }
 }
 
-/// What is said of a fold's movements by a model of its others; by time, whatever the phase was when known.
+/// What is said of a fold's movements by models of its others; by time, whatever the phase was when known.
 pub(super) fn said(
     set: &Set,
     chosen: &Chosen,
     following: &Following,
     fold: &Fold,
 ) -> Result<Said, ExperimentError> {
-    let setting = Setting {
-        phase: Phase::Time,
-        ..chosen.setting
-    };
-    let model = set.learn(&setting, &fold.learned)?;
-    let view = model.view()?;
-    let mut recogniser = TempoRecogniser::new(&model, &view, following.tempo)?;
+    let members = by_time(chosen);
+    let weights: Vec<f64> = members.iter().map(|(_, _, weight)| *weight).collect();
+    // For each movement and fraction, what each member says.
+    let mut posteriors = vec![[const { Vec::new() }; 3]; fold.tested.len()];
+    let mut classes = Vec::new();
+    for (setting, sigma_m, _) in &members {
+        let model = set.learn(setting, &fold.learned)?;
+        let view = model.view()?;
+        let mut recogniser = TempoRecogniser::new(&model, &view, following.tempo)?;
+        for (&movement, posteriors) in fold.tested.iter().zip(&mut posteriors) {
+            let of_skills = follow(&mut recogniser, set, following, (movement, *sigma_m))?;
+            for (posteriors, of_skills) in posteriors.iter_mut().zip(of_skills) {
+                let of_classes = model.class_log_posterior(&of_skills);
+                posteriors.push(
+                    of_classes
+                        .into_iter()
+                        .map(|log| floored(log).min(0.0))
+                        .collect(),
+                );
+            }
+        }
+        classes = model.classes().into_iter().map(str::to_owned).collect();
+    }
     let mut answers = [const { Vec::new() }; 3];
-    for &movement in &fold.tested {
-        let posteriors = follow(&mut recogniser, set, following, movement)?;
-        for (answers, posterior) in answers.iter_mut().zip(posteriors) {
-            answers.push(answer(
-                &model,
-                &posterior,
-                set.demonstrations()[movement].class(),
-            ));
+    for (&movement, posteriors) in fold.tested.iter().zip(&posteriors) {
+        let class = set.demonstrations()[movement].class();
+        for (answers, posteriors) in answers.iter_mut().zip(posteriors) {
+            answers.push(answer(&classes, &mixed(&weights, posteriors)?, class));
         }
     }
     Ok(Said {
@@ -154,27 +160,39 @@ pub(super) fn said(
     })
 }
 
-fn answer(model: &Model, of_skills: &[f64], class: &str) -> (f64, bool) {
-    let posterior = model.class_log_posterior(of_skills);
-    let classes = model.classes();
-    let own = classes
-        .iter()
-        .zip(&posterior)
-        .find(|(name, _)| **name == class);
+/// Settings with phase by time, noises and weights: those over all parts of the movement, for nobody knows which was
+/// seen.
+fn by_time(chosen: &Chosen) -> Vec<(Setting, f64, f64)> {
+    let mut members: Vec<(Setting, f64, f64)> = Vec::new();
+    for member in &chosen.mixture {
+        let setting = Setting {
+            phase: Phase::Time,
+            ..member.setting
+        };
+        let same =
+            |known: &&mut (Setting, f64, f64)| (known.0, known.1) == (setting, member.sigma_m);
+        match members.iter_mut().find(same) {
+            Some(known) => known.2 += member.weight,
+            None => members.push((setting, member.sigma_m, member.weight)),
+        }
+    }
+    members
+}
+
+fn answer(classes: &[String], posterior: &[f64], class: &str) -> (f64, bool) {
+    let pairs = || classes.iter().zip(posterior);
+    let own = pairs().find(|(name, _)| *name == class);
     let own = own.map_or(f64::NEG_INFINITY, |(_, log)| *log);
-    let mut others = classes
-        .iter()
-        .zip(&posterior)
-        .filter(|(name, _)| **name != class);
+    let mut others = pairs().filter(|(name, _)| *name != class);
     (floored(own), others.all(|(_, other)| *other < own))
 }
 
-/// Log posterior of the skills after each fraction.
+/// Log posterior of the skills after each fraction of a movement, with so much noise assumed.
 fn follow(
     recogniser: &mut TempoRecogniser<'_>,
     set: &Set,
     following: &Following,
-    movement: usize,
+    (movement, sigma_m): (usize, f64),
 ) -> Result<[Vec<f64>; 3], ExperimentError> {
     recogniser.end();
     let shape = &set.demonstrations()[movement];
@@ -197,7 +215,7 @@ fn follow(
         if time_s >= next_s {
             next_s = time_s + following.interval_s - 1e-3;
             for (dof, value) in values.iter().enumerate() {
-                recogniser.observe(dof, time_s, *value, following.sigma_m)?;
+                recogniser.observe(dof, time_s, *value, sigma_m)?;
             }
         }
         if let (Some(detector), [x, y, z, ..]) = (&mut detector, values.as_slice())
