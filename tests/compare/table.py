@@ -31,7 +31,7 @@ TARGETS = [
 ]
 MOST_MB = 20
 # Results may differ by this many standard deviations (posterior means and deviations), and by this in a log posterior:
-# movement_primitives conditions on all DoFs, those not seen at a variance of 1e6, and subtracts 360 x 360 matrices.
+# movement_primitives conditions on all DoFs, those not seen at a variance of 1e8, and subtracts 360 x 360 matrices.
 AGREE = {"numpy_full": 1e-3, "numpy_latent": 1e-3, "movement_primitives": 1e-2}
 
 

@@ -4,7 +4,8 @@
 use serde_json::Value;
 use tonus::demonstration::Demonstration;
 use tonus::model::{
-    Dof, EmConfig, Hyperparameters, Model, Parts, Shrinkage, Valid, View, learn, learn_em,
+    Dof, EmConfig, Hyperparameters, Model, Parts, Predictive, Shrinkage, Valid, View, learn,
+    learn_em,
 };
 use tonus::table::Table;
 use tonus_shared::promp::{
@@ -59,6 +60,8 @@ impl Work {
                 pooled: 0.0,
                 diagonal: 0.0,
             },
+            // As the other packages: a Gaussian of the estimates.
+            predictive: Predictive::PlugIn,
             ..Hyperparameters::new(dofs, Basis::gaussian(FUNCTIONS)?)
         };
         let one = &stated["one_observation"];
