@@ -4,7 +4,7 @@
 # found"); the copy under llvm-*/lib can. Whoever set LIBCLANG_PATH knows better.
 if [ -z "${LIBCLANG_PATH:-}" ]; then
     for directory in /usr/lib/llvm-*/lib; do
-        if compgen -G "$directory/libclang*.so*" >/dev/null && compgen -G "$directory/clang/*/include/stdint.h" >/dev/null; then
+        if compgen -G "$directory/libclang[.-][s0-9]*" >/dev/null && compgen -G "$directory/clang/*/include/stdint.h" >/dev/null; then
             export LIBCLANG_PATH="$directory"
         fi
     done
