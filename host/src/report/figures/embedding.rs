@@ -4,12 +4,12 @@
 //! one thread, because the order of its sums is the scheduler's otherwise.
 
 use bhtsne::tSNE;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 use super::{absent, key};
 use crate::demonstration::Demonstration;
 use crate::experiment::pick_and_place::PickAndPlace;
-use crate::model::Model;
+use crate::model::{Fitted, Model};
 use crate::report::chart::{Mark, Panel, Series, class};
 use crate::report::html::Figure;
 
@@ -17,15 +17,10 @@ use crate::report::html::Figure;
 const PERPLEXITY: f64 = 20.0;
 /// Standard deviation of the start along the first axis: small, as its authors advise.
 const START: f64 = 1e-4;
-/// Penalty on squared weights of a DoF scaled to unit variance, as the learner's.
-const RIDGE: f64 = 1e-3;
 
 pub(super) fn figure(found: &PickAndPlace, (id, title): (&'static str, &str), seed: u64) -> Figure {
     let figures = &found.figures;
-    let places = figures
-        .model
-        .as_ref()
-        .and_then(|model| map(model, &figures.demonstrations));
+    let places = figures.model.as_ref().and_then(map);
     let Some(places) = places else {
         return absent(id, title);
     };
@@ -71,12 +66,10 @@ pub(super) fn figure(found: &PickAndPlace, (id, title): (&'static str, &str), se
     }
 }
 
-/// A place for each demonstration.
-fn map(model: &Model, demonstrations: &[Demonstration]) -> Option<Vec<(f64, f64)>> {
-    let weights = demonstrations
-        .iter()
-        .map(|demonstration| weights(model, demonstration));
-    let weights: Vec<Vec<f64>> = weights.collect::<Option<_>>()?;
+/// A place for each demonstration that the model was learnt from, in their order.
+fn map(model: &Model) -> Option<Vec<(f64, f64)>> {
+    let fits = model.parts().demonstrations.iter();
+    let weights: Vec<Vec<f64>> = fits.map(|fitted| scaled(model, fitted)).collect();
     // bhtsne refuses fewer than three times the perplexity.
     let perplexity = PERPLEXITY.min((weights.len() as f64 - 1.0) / 3.0 - 0.1);
     if perplexity < 2.0 {
@@ -107,34 +100,14 @@ fn distance(a: &Vec<f64>, b: &Vec<f64>) -> f64 {
     libm::sqrt(a.iter().zip(b).map(|(x, y)| (x - y) * (x - y)).sum())
 }
 
-/// Weights of a demonstration by ridge least squares, each DoF as the model has it and over its scale.
-fn weights(model: &Model, demonstration: &Demonstration) -> Option<Vec<f64>> {
+/// Weights that a demonstration became, each DoF over its scale.
+fn scaled(model: &Model, fitted: &Fitted) -> Vec<f64> {
     let parts = model.parts();
-    let count = parts.basis.count();
-    let phases: Vec<f64> = demonstration.phases().collect();
-    let mut design = DMatrix::zeros(phases.len(), count);
-    let mut psi = vec![0.0; count];
-    for (mut row, phase) in design.row_iter_mut().zip(phases) {
-        parts.basis.values(phase, &mut psi).ok()?;
-        row.copy_from_slice(&psi);
-    }
-    let ridge = DMatrix::from_diagonal_element(count, count, RIDGE);
-    let normal = (design.transpose() * &design + ridge).cholesky()?;
-    let mut all = Vec::with_capacity(parts.dofs.len() * count);
-    for ((dof, scale), values) in parts
-        .dofs
-        .iter()
-        .zip(&parts.scale)
-        .zip(demonstration.values())
-    {
-        let encoded = values
-            .iter()
-            .map(|value| dof.encode(*value).map(|v| v / scale));
-        let encoded: Vec<f64> = encoded.collect::<Result<_, _>>().ok()?;
-        let right = design.transpose() * DVector::from_vec(encoded);
-        all.extend(normal.solve(&right).iter());
-    }
-    Some(all)
+    let of_dof = fitted.weights.chunks_exact(parts.basis.count());
+    let pairs = of_dof.zip(&parts.scale);
+    pairs
+        .flat_map(|(weights, scale)| weights.iter().map(move |weight| weight / scale))
+        .collect()
 }
 
 /// Scores along the first two principal components, small.
