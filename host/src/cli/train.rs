@@ -21,8 +21,8 @@ const EXAMPLE: &str = "Example:
   tonus train more.csv --add-to skills.safetensors -o more.safetensors
 
 A demonstration is a contiguous run of rows with one `label` in one `trial`; `t_s` must strictly increase in it.
-Sampling may be irregular; a row with an empty cell in a chosen column is a gap (but see --em). A demonstration with fewer samples
-than basis functions is fitted by the smallest weights that pass near its samples (--ridge).
+Sampling may be irregular; a row with an empty cell in a chosen column is a gap (but see --em). Where a
+demonstration has fewer samples than basis functions, its fit goes straight from sample to sample (--ridge).
 
 A model keeps what was fitted to each demonstration, so more can be added without the old recordings.";
 
@@ -58,7 +58,7 @@ pub(crate) struct TrainArgs {
         default_value = "none,idle"
     )]
     exclude: Vec<String>,
-    /// Penalty on squared weights, DoFs scaled to unit variance.
+    /// Penalty on leaving the straight lines between the samples, DoFs scaled to unit variance.
     #[arg(long, value_name = "R", value_parser = options::positive, default_value = "0.001")]
     ridge: f64,
     /// Standard deviation of where a new person may stand, metres: a constant offset of every position that the

@@ -16,9 +16,8 @@ const LEAST_PER_SKILL: usize = 2;
 const LEAST_FREEDOM: usize = 2;
 
 /// What is kept of one demonstration. `D` DoFs, `K` basis functions; every number in each DoF's unit as it enters the
-/// model (the logarithm's for a logarithm), not scaled. The ridge acts on DoFs scaled to unit variance, but least
-/// squares of one DoF is linear in its values and the penalty is on squared weights: the weights are the same
-/// times the scale, whatever the scale is.
+/// model (the logarithm's for a logarithm), not scaled. The ridge acts on DoFs scaled to unit variance, but the
+/// weights of one DoF are linear in its values: they are the same times the scale, whatever the scale is.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fitted {
     /// Name of the skill, or of the component of a class, that it taught.
@@ -29,7 +28,7 @@ pub struct Fitted {
     pub duration_s: f64,
     /// Its samples.
     pub samples: u32,
-    /// `D K`, DoF-major, by ridge least squares.
+    /// `D K`, DoF-major, by regularised least squares.
     pub weights: Vec<f64>,
     /// `D` sums of squares of what the weights leave.
     pub residual_squares: Vec<f64>,

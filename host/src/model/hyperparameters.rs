@@ -51,9 +51,10 @@ pub struct Hyperparameters {
     pub dofs: Vec<Dof>,
     /// The basis, the same for every DoF.
     pub basis: Basis,
-    /// Penalty on the squared weights of each DoF scaled to unit variance, against the squared errors summed over
-    /// the samples. Above zero: with fewer samples than basis functions it alone decides between the weights
-    /// that fit, and chooses the smallest.
+    /// Penalty on the squared distances of the drawn trajectory from straight lines between the samples, at two phases
+    /// for each basis function, against the squared errors summed over the samples; DoFs scaled to unit variance. Above
+    /// zero: in a gap, or with fewer samples than basis functions, it alone decides between the weights that
+    /// fit, and chooses those that go straight on.
     pub ridge: f64,
     /// Shrinkage of each skill's covariance.
     pub shrinkage: Shrinkage,

@@ -1,9 +1,19 @@
-//! Weights of one demonstration by ridge least squares.
+//! Weights of one demonstration by regularised least squares.
+//!
+//! Where samples are dense they say what the weights are. Where there are none, or fewer than basis functions, the drawn
+//! trajectory goes straight from sample to sample: `|P w - y|^2 + ridge (|G w - M y|^2 + FLOOR |w|^2)`, with `G` the basis
+//! at even phases and `M y` straight lines between the samples, held at the ends. Pulling the weights to zero instead, as
+//! a plain ridge does, pulls the trajectory to zero (in the model's unit) wherever the tracker lost the hand.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use tonus_shared::promp::{Basis, RowError};
 
 use super::LearnError;
+
+/// Phases at which a trajectory is drawn straight, for each basis function: none lies between two of them unseen.
+const STRAIGHT_PER_FUNCTION: usize = 2;
+/// Of the weights themselves: keeps the normal equations of wide bases, which nearly depend on each other, well posed.
+const FLOOR: f64 = 1e-6;
 
 /// Weights of one demonstration and what they leave, in the values' own units.
 pub(super) struct Fit {
@@ -34,19 +44,22 @@ pub(super) struct Design {
     phases: Vec<f64>,
     /// `T x K`.
     basis: DMatrix<f64>,
-    /// `K x T`.
-    transposed: DMatrix<f64>,
-    /// Of `P^T P + ridge I`.
+    /// `P^T + ridge G^T M`: `K x T`.
+    gathered: DMatrix<f64>,
+    /// Of `P^T P + ridge (G^T G + FLOOR I)`.
     factor: Cholesky<f64, Dyn>,
 }
 
 impl Design {
     pub(super) fn new(basis: &Basis, phases: Vec<f64>, ridge: f64) -> Result<Self, LearnError> {
+        let drawn_at = even(STRAIGHT_PER_FUNCTION * basis.count());
+        let drawn = design(basis, drawn_at.iter().copied())?;
+        let lines = straight(&phases, &drawn_at);
         let basis = design(basis, phases.iter().copied())?;
-        let transposed = basis.transpose();
-        let mut normal = &transposed * &basis;
+        let gathered = basis.transpose() + drawn.tr_mul(&lines) * ridge;
+        let mut normal = basis.tr_mul(&basis) + drawn.tr_mul(&drawn) * ridge;
         for k in 0..normal.nrows() {
-            normal[(k, k)] += ridge;
+            normal[(k, k)] += FLOOR * ridge;
         }
         // A positive ridge makes it positive definite for finite data.
         let factor = Cholesky::new(normal)
@@ -54,7 +67,7 @@ impl Design {
         Ok(Self {
             phases,
             basis,
-            transposed,
+            gathered,
             factor,
         })
     }
@@ -69,9 +82,10 @@ impl Design {
         self.phases == phases
     }
 
-    /// `w_d = (P^T P + ridge I)^-1 P^T y_d` for each DoF, a column of `series` (`T x D`).
+    /// `w_d = (P^T P + ridge (G^T G + FLOOR I))^-1 (P^T + ridge G^T M) y_d` for each DoF, a column of `series`
+    /// (`T x D`).
     pub(super) fn fit(&self, series: &DMatrix<f64>) -> Fit {
-        let mut weights = &self.transposed * series;
+        let mut weights = &self.gathered * series;
         self.factor.solve_mut(&mut weights);
         let left = series - &self.basis * &weights;
         let squares = left.column_iter().map(|column| column.norm_squared());
@@ -81,4 +95,30 @@ impl Design {
             weights: DVector::from_column_slice(weights.as_slice()),
         }
     }
+}
+
+/// `count` phases from 0 to 1.
+fn even(count: usize) -> Vec<f64> {
+    let last = count.saturating_sub(1).max(1) as f64;
+    (0..count).map(|i| i as f64 / last).collect()
+}
+
+/// Shares of the samples in the straight lines between them: a row for each phase of `at`, a column for each sample.
+fn straight(samples: &[f64], at: &[f64]) -> DMatrix<f64> {
+    let mut shares = DMatrix::zeros(at.len(), samples.len());
+    let last = samples.len().saturating_sub(1);
+    for (row, &phase) in at.iter().enumerate() {
+        let after = samples.partition_point(|sample| *sample <= phase);
+        let before = after.saturating_sub(1);
+        let after = after.min(last);
+        let span = samples[after] - samples[before];
+        let share = if span > 0.0 {
+            ((phase - samples[before]) / span).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
+        shares[(row, before)] += 1.0 - share;
+        shares[(row, after)] += share;
+    }
+    shares
 }

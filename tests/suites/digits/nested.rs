@@ -124,7 +124,7 @@ pub(crate) fn stack(data: &Data, searches: &[Vec<Search>], known: &Known) -> Vec
             .iter()
             .map(|choice| forecasts(data, known, choice, block));
         let logs: Vec<Vec<f64>> = logs.collect();
-        let shares = stacking::shares(&logs).expect("shares");
+        let shares = stacking::shares(&logs, 0.0).expect("shares");
         let mixed = (0..logs[0].len()).map(|i| {
             let terms = shares.iter().zip(&logs).map(|(w, of)| w * of[i].exp());
             terms.sum::<f64>().ln()

@@ -25,16 +25,26 @@ fn dense_fit(demonstrations: &[Demonstration], given: &Hyperparameters) -> Dense
     for (n, one) in demonstrations.iter().enumerate() {
         let samples = one.t_s().len();
         let psi = design(&given.basis, one.phases());
-        let mut stacked = DMatrix::zeros(samples + functions, functions);
+        // Rows for the samples, for straight lines between them at two phases a function, and for the weights themselves.
+        let straight = 2 * functions;
+        let root = given.ridge.sqrt();
+        let mut stacked = DMatrix::zeros(samples + straight + functions, functions);
         stacked.rows_mut(0, samples).copy_from(&psi);
         stacked
-            .rows_mut(samples, functions)
-            .fill_diagonal(given.ridge.sqrt());
+            .rows_mut(samples, straight)
+            .copy_from(&(design(&given.basis, even(straight)) * root));
+        stacked
+            .rows_mut(samples + straight, functions)
+            .fill_diagonal(root * 1e-3);
         let qr = stacked.qr();
         for d in 0..dofs {
             let y = DVector::from_vec(one.values()[d].clone()) / scale[d];
-            let mut right = DVector::zeros(samples + functions);
+            let mut right = DVector::zeros(samples + straight + functions);
             right.rows_mut(0, samples).copy_from(&y);
+            for (row, phase) in even(straight).enumerate() {
+                let drawn = one.value_at(d, phase).unwrap() / scale[d];
+                right[samples + row] = root * drawn;
+            }
             let w = qr
                 .r()
                 .solve_upper_triangular(&(qr.q().transpose() * right))

@@ -4,7 +4,8 @@ use std::fmt::{Display, Formatter};
 
 use rayon::prelude::*;
 use tonus::model::tempo::TempoConfig;
-use tonus::model::{Dof, Hyperparameters, Model, learn, stacking};
+use tonus::model::stacking::{self, LAPLACE};
+use tonus::model::{Dof, Hyperparameters, Model, learn};
 use tonus_shared::onset::OnsetConfig;
 use tonus_shared::promp::Basis;
 
@@ -171,7 +172,7 @@ impl Mixture {
         let mean_loss = |logs: &Vec<f64>| -logs.iter().sum::<f64>() / logs.len() as f64;
         let single = settings.iter().copied().zip(logs.iter().map(mean_loss));
         let single = single.min_by(|one, other| one.1.total_cmp(&other.1));
-        let shares = stacking::shares(&logs).expect("shares");
+        let shares = stacking::shares(&logs, LAPLACE).expect("shares");
         let mixed = (0..logs[0].len()).map(|i| {
             let terms = shares.iter().zip(&logs).map(|(w, of)| w * of[i].exp());
             terms.sum::<f64>().ln()

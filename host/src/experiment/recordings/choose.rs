@@ -14,7 +14,7 @@ use super::setting::{Choice, Setting};
 use crate::experiment::ExperimentError;
 use crate::model::calibration::{Forecast, Temperature, log_loss};
 use crate::model::recognise::Recogniser;
-use crate::model::stacking::shares;
+use crate::model::stacking::{LAPLACE, shares};
 
 /// Rounds over all decisions.
 const ROUNDS: usize = 2;
@@ -101,7 +101,7 @@ fn choose(set: &Set, part: &Part) -> Result<Chosen, ExperimentError> {
             softened.push(all_softened(own, &at_fractions[place]));
         }
         let own: Vec<Vec<f64>> = softened.iter().map(|all| truths(all)).collect();
-        let weights = shares(&own)?;
+        let weights = shares(&own, LAPLACE)?;
         let together = (0..own[0].len()).map(|i| {
             let posteriors = softened.iter().map(|all| all[i].log_posterior().to_vec());
             let posteriors: Vec<_> = posteriors.collect();
@@ -189,15 +189,15 @@ fn stacked(set: &Set, known: &Known) -> Result<Vec<Member>, ExperimentError> {
             candidates.push((grid.setting(choice), sigma_m, own));
         }
     }
-    let weigh = |candidates: &[(Setting, f64, Vec<f64>)]| {
+    let weigh = |candidates: &[(Setting, f64, Vec<f64>)], prior| {
         let own: Vec<Vec<f64>> = candidates.iter().map(|c| c.2.clone()).collect();
-        shares(&own)
+        shares(&own, prior)
     };
-    let mut heavy = weigh(&candidates)?
+    let mut heavy = weigh(&candidates, 0.0)?
         .into_iter()
         .map(|weight| weight >= LEAST_WEIGHT);
     candidates.retain(|_| heavy.next().unwrap_or(false));
-    let weights = weigh(&candidates)?;
+    let weights = weigh(&candidates, LAPLACE)?;
     let pairs = candidates.into_iter().zip(weights);
     let mut members: Vec<Member> = pairs
         .map(|((setting, sigma_m, _), weight)| Member {
