@@ -3,8 +3,8 @@
 use std::fmt::{Display, Formatter};
 
 use rayon::prelude::*;
-use tonus::model::tempo::TempoConfig;
 use tonus::model::stacking::{self, LAPLACE};
+use tonus::model::tempo::TempoConfig;
 use tonus::model::{Dof, Hyperparameters, Model, learn};
 use tonus_shared::onset::OnsetConfig;
 use tonus_shared::promp::Basis;
