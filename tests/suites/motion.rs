@@ -216,10 +216,10 @@ fn six_actions_of_two_people() {
     );
 
     assert_eq!((alone.correct(), alone.total()), (90, 90));
-    // Medians of 144 plain settings.
+    // Medians of 144 plain settings are 34, 31 and 22; the last two are exceeded.
     assert!(on_two.correct[0] >= 34, "whole: {on_two}");
-    assert!(on_two.correct[1] >= 31, "first half: {on_two}");
-    assert!(on_two.correct[2] >= 22, "first 30 %: {on_two}");
+    assert!(on_two.correct[1] >= 32, "first half: {on_two}");
+    assert!(on_two.correct[2] >= 28, "first 30 %: {on_two}");
     // The other way round: the same shares of 54 would be 51, 46 and 33. From 36 demonstrations the first half falls
     // short of that, and what it reaches is held here.
     assert_eq!(on_one.total, 54);

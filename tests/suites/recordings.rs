@@ -102,7 +102,7 @@ fn all_of_them() {
     }
 
     assert_eq!(list(found, "calibration").len(), 4);
-    let most = [0.065, 0.05, 0.05, 0.05];
+    let most = [0.055, 0.05, 0.05, 0.05];
     for (pooled, most) in list(found, "calibration").iter().zip(most) {
         assert_eq!(number(pooled, "total"), 394.0);
         let bins = list(pooled, "reliability");

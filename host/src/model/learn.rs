@@ -116,7 +116,7 @@ pub enum LearnError {
     Parts(#[from] PartsError),
 }
 
-/// Learns a model: weights of every demonstration by ridge least squares on scaled DoFs, the subspace of their
+/// Learns a model: weights of every demonstration by regularised least squares on scaled DoFs, the subspace of their
 /// within-skill deviations by QR, each skill's covariance in it by shrinkage, priors from counts.
 ///
 /// What the basis leaves of the demonstrations, and what a demonstration has outside the subspace of the others
