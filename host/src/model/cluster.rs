@@ -232,6 +232,34 @@ fn check(
     labels: &[Option<usize>],
     config: &ClusterConfig,
 ) -> Result<usize, ClusterError> {
+    check_numbers(config)?;
+    if labels.len() != demonstrations {
+        return Err(ClusterError::Labels {
+            labels: labels.len(),
+            demonstrations,
+        });
+    }
+    let classes = labels
+        .iter()
+        .flatten()
+        .max()
+        .map_or(0, |last| last.saturating_add(1));
+    if let Some(class) = (0..classes).find(|&class| !labels.contains(&Some(class))) {
+        return Err(ClusterError::NoneOfClass { class });
+    }
+    let components = config.least_components.max(classes);
+    let free = labels.iter().filter(|label| label.is_none()).count();
+    if demonstrations < 3 || free < (components - classes).saturating_mul(2) {
+        return Err(ClusterError::TooFew {
+            found: demonstrations,
+            components,
+        });
+    }
+    Ok(classes)
+}
+
+/// Checks the configuration by itself.
+fn check_numbers(config: &ClusterConfig) -> Result<(), ClusterError> {
     let at_least = |what, value: usize, least: usize, range| {
         if value >= least {
             Ok(())
@@ -280,29 +308,7 @@ fn check(
             return Err(ClusterError::Config { what, value, range });
         }
     }
-    if labels.len() != demonstrations {
-        return Err(ClusterError::Labels {
-            labels: labels.len(),
-            demonstrations,
-        });
-    }
-    let classes = labels
-        .iter()
-        .flatten()
-        .max()
-        .map_or(0, |last| last.saturating_add(1));
-    if let Some(class) = (0..classes).find(|&class| !labels.contains(&Some(class))) {
-        return Err(ClusterError::NoneOfClass { class });
-    }
-    let components = config.least_components.max(classes);
-    let free = labels.iter().filter(|label| label.is_none()).count();
-    if demonstrations < 3 || free < (components - classes).saturating_mul(2) {
-        return Err(ClusterError::TooFew {
-            found: demonstrations,
-            components,
-        });
-    }
-    Ok(classes)
+    Ok(())
 }
 
 /// Labelled classes first, the others by their first demonstration.

@@ -4,8 +4,10 @@ use tonus::model::cluster::{ClusterConfig, ClusterError, cluster};
 
 use super::planted::{plane, planted};
 
+type Change = fn(&mut ClusterConfig);
+
 /// A refused setting and all that is said of it.
-const SETTINGS: [(fn(&mut ClusterConfig), &str); 13] = [
+const SETTINGS: [(Change, &str); 13] = [
     (
         |config| config.least_components = 0,
         "the least number of components is 0: give at least 1",
