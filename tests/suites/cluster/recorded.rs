@@ -5,34 +5,18 @@ use tonus::model::cluster::{ClusterConfig, adjusted_rand_index, cluster};
 use tonus::model::{Dof, learn};
 use tonus::table::Table;
 
-use super::{demonstration, print_table, unlabelled, valid};
+use super::{print_table, unlabelled, valid};
 
-/// `reference/demos.csv`: 30 demonstrations of 12 DoFs, and their classes.
+/// All DoFs of the reference: the hand's position and stiffness, then the robot's.
+const DOFS: [&str; 12] = [
+    "hx", "hy", "hz", "Khx", "Khy", "Khz", "rx", "ry", "rz", "Krx", "Kry", "Krz",
+];
+
+/// The demonstrations of the reference, without their labels, and their classes.
 pub(super) fn reference() -> (Vec<Demonstration>, Vec<String>) {
-    let file = tonus_tests::reference().join("demos.csv");
-    let mut reader = csv::Reader::from_path(file).expect("the reference");
-    let mut series: Vec<(String, String, Vec<Vec<f64>>)> = Vec::new();
-    for record in reader.records() {
-        let record = record.expect("a row");
-        let cell = |column: usize| record[column].parse::<f64>().expect("a number");
-        if series.last().is_none_or(|(demo, ..)| *demo != record[0]) {
-            series.push((
-                record[0].to_owned(),
-                record[1].to_owned(),
-                vec![Vec::new(); 13],
-            ));
-        }
-        if let Some((.., columns)) = series.last_mut() {
-            for (index, column) in columns.iter_mut().enumerate() {
-                column.push(cell(4 + index));
-            }
-        }
-    }
-    let one = |(_, class, mut columns): (String, String, Vec<Vec<f64>>)| {
-        let t_s = columns.remove(0);
-        (demonstration("", t_s, columns), class)
-    };
-    series.into_iter().map(one).unzip()
+    let all = tonus_tests::demos(&DOFS);
+    let apart = |one: &Demonstration| (one.with_label(""), one.label().to_owned());
+    all.iter().map(apart).unzip()
 }
 
 #[test]
