@@ -16,15 +16,29 @@ pub fn write(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     {
         return std::fs::write(path, bytes);
     }
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    let mut file = readable().tempfile_in(folder)?;
+    let mut file = readable().tempfile_in(folder_of(path))?;
     file.write_all(bytes)?;
     file.as_file().sync_all()?;
     file.persist(path).map_err(|failed| failed.error)?;
     Ok(())
+}
+
+/// Tries whether [`write()`] could write to `path`, without touching what is there.
+///
+/// # Errors
+/// What the system says.
+pub fn try_to_write(path: &Path) -> std::io::Result<()> {
+    if path.is_dir() {
+        return Err(std::io::ErrorKind::IsADirectory.into());
+    }
+    readable().tempfile_in(folder_of(path)).map(drop)
+}
+
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    }
 }
 
 /// Temporary files are private by default; these become what any other program would have written.

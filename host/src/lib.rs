@@ -13,5 +13,6 @@ pub mod report;
 pub mod robot;
 pub mod session;
 pub mod simulate;
+mod statistics;
 pub mod store;
 pub mod table;

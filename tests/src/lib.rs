@@ -1,11 +1,13 @@
 //! Where the suites find reference values and real recordings, and how they read them.
 
+mod demos;
 pub mod frames;
 pub mod motion;
 mod program;
 pub mod wearer;
 pub mod work;
 
+pub use demos::demos;
 pub use program::program;
 use std::path::PathBuf;
 

@@ -7,12 +7,11 @@ use tonus::model::{
     Dof, EmConfig, Hyperparameters, Model, Parts, Predictive, Shrinkage, Valid, View, learn,
     learn_em,
 };
-use tonus::table::Table;
 use tonus_shared::promp::{
     Basis, Mixture, Moments, Observation, Order, Row, Trajectory, curves_scratch_len,
 };
 
-use crate::reference;
+use crate::{demos, reference};
 
 type Error = Box<dyn std::error::Error>;
 
@@ -69,8 +68,8 @@ impl Work {
         let steps = numbers(&sequence["s"]);
         let values = sequence["y"].as_array().ok_or("no values")?;
         Ok(Self {
-            alike: demonstrations(&names, true)?,
-            labelled: demonstrations(&names, false)?,
+            alike: demonstrations(&names, true),
+            labelled: demonstrations(&names, false),
             hyperparameters: given.check()?,
             one: observations(one, one["s"].as_f64().ok_or("no phase")?, &one["y"]),
             sequence: steps
@@ -194,20 +193,11 @@ fn numbers(value: &Value) -> Vec<f64> {
     list.iter().filter_map(Value::as_f64).collect()
 }
 
-fn demonstrations(dofs: &[&str], alike: bool) -> Result<Vec<Demonstration>, Error> {
-    let table = Table::open(&reference().join("demos.csv"))?;
-    let labels = table.text("label")?;
-    let times_s = table.numbers("t_s")?;
-    let columns = dofs.iter().map(|dof| table.numbers(dof));
-    let columns = columns.collect::<Result<Vec<_>, _>>()?;
-    let one = |start: usize| {
-        let rows = start..start + SAMPLES;
-        let label = if alike { "all" } else { labels[start] };
-        let values = columns.iter().map(|c| c[rows.clone()].to_vec()).collect();
-        let times_s = times_s[rows.clone()].to_vec();
-        let demonstration =
-            Demonstration::new(label, start.to_string(), "demos.csv", times_s, values);
-        demonstration.map_err(Error::from)
-    };
-    (0..table.rows()).step_by(SAMPLES).map(one).collect()
+fn demonstrations(dofs: &[&str], alike: bool) -> Vec<Demonstration> {
+    let all = demos(dofs);
+    if alike {
+        all.iter().map(|one| one.with_label("all")).collect()
+    } else {
+        all
+    }
 }

@@ -1,22 +1,22 @@
 //! All methods on the same data: one row each.
 
+mod score;
+
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde::Serialize;
 
+use self::score::{Score, compared, ranges};
 use super::dmp::Dmp;
 use super::hidden_markov::HiddenMarkov;
 use super::mixture_regression::MixtureRegression;
 use super::nearest::Nearest;
 use super::{
-    Answer, BaselineError, Observed, Path, Primitives, Protocol, Roles, labels_of, marginals,
-    single_gaussian, without_semg,
+    Answer, BaselineError, Observed, Primitives, Protocol, labels_of, marginals, single_gaussian,
+    without_semg,
 };
 use crate::demonstration::Demonstration;
-
-/// Every so many samples of a recording are compared: neighbours say the same.
-const STRIDE: usize = 4;
 
 /// How well one method does. What a method cannot answer is none.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -296,129 +296,4 @@ fn observe(movement: &Demonstration, protocol: &Protocol, noise: &mut ChaCha8Rng
         values,
         std,
     }
-}
-
-/// Every [`STRIDE`]th of the values at the samples of `movement`, the last among them.
-fn compared(values: impl Iterator<Item = f64>, movement: &Demonstration) -> Vec<f64> {
-    let first = (movement.t_s().len() - 1) % STRIDE;
-    values.skip(first).step_by(STRIDE).collect()
-}
-
-/// Range of each robot stiffness in the demonstrations.
-fn ranges(train: &[Demonstration], roles: &Roles) -> [f64; 3] {
-    roles.robot_stiffness.map(|dof| {
-        let values = train.iter().flat_map(|one| &one.values()[dof]);
-        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &v| {
-            (low.min(v), high.max(v))
-        });
-        high - low
-    })
-}
-
-/// What came of all movements.
-#[derive(Debug, Clone, Default)]
-struct Score {
-    right: Vec<bool>,
-    log_probability: Vec<f64>,
-    end_point_m: Vec<f64>,
-    path_m: Vec<f64>,
-    stiffness: Vec<f64>,
-    inside: usize,
-    outside: usize,
-}
-
-impl Score {
-    fn recognised(&mut self, answer: &Answer, label: Option<usize>) {
-        if let Some(recognised) = answer.recognised {
-            self.right.push(Some(recognised) == label);
-        }
-        if let Some(log_posterior) = &answer.log_posterior {
-            let own = label.and_then(|label| log_posterior.get(label));
-            self.log_probability
-                .push(own.copied().unwrap_or(f64::NEG_INFINITY));
-        }
-    }
-
-    fn predicted(
-        &mut self,
-        paths: &[Option<Path>],
-        movement: &Demonstration,
-        (roles, ranges): (&Roles, &[f64; 3]),
-    ) {
-        let truth = |dof: usize| compared(movement.values()[dof].iter().copied(), movement);
-        let off = |dof: usize| -> Option<Vec<f64>> {
-            let path = paths.get(dof)?.as_ref()?;
-            Some(
-                path.mean
-                    .iter()
-                    .zip(truth(dof))
-                    .map(|(m, t)| m - t)
-                    .collect(),
-            )
-        };
-        if let [Some(x), Some(y), Some(z)] = roles.robot.map(off) {
-            let distance = |i: usize| libm::sqrt(x[i] * x[i] + y[i] * y[i] + z[i] * z[i]);
-            let distances: Vec<f64> = (0..x.len()).map(distance).collect();
-            self.end_point_m.extend(distances.last());
-            self.path_m.push(root_mean_square(&distances));
-        }
-        if let [Some(x), Some(y), Some(z)] = roles.robot_stiffness.map(off) {
-            let shares = [x, y, z]
-                .iter()
-                .zip(ranges)
-                .map(|(k, range)| root_mean_square(k) / range)
-                .sum::<f64>();
-            self.stiffness.push(shares / 3.0);
-        }
-        for (dof, path) in paths.iter().enumerate() {
-            let Some(interval) = path.as_ref().and_then(|path| path.interval_95.as_ref()) else {
-                continue;
-            };
-            for ((low, high), value) in interval.iter().zip(truth(dof)) {
-                if (*low..=*high).contains(&value) {
-                    self.inside += 1;
-                } else {
-                    self.outside += 1;
-                }
-            }
-        }
-    }
-
-    fn row(&self, method: Method, several: bool) -> Row {
-        let (method, source) = method.name();
-        let right: Vec<f64> = self.right.iter().map(|r| f64::from(u8::from(*r))).collect();
-        let loss: Vec<f64> = self.log_probability.iter().map(|l| 0.0 - l).collect();
-        let judged = self.inside + self.outside;
-        Row {
-            method,
-            source,
-            // With one label there is nothing to recognise.
-            accuracy: mean(&right).filter(|_| several),
-            log_loss: mean(&loss).filter(|_| several),
-            end_point_error_m: median(&self.end_point_m),
-            path_rmse_m: median(&self.path_m),
-            stiffness_nrmse: mean(&self.stiffness),
-            coverage_95: (judged > 0).then(|| self.inside as f64 / judged as f64),
-        }
-    }
-}
-
-fn mean(values: &[f64]) -> Option<f64> {
-    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
-}
-
-fn median(values: &[f64]) -> Option<f64> {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let half = sorted.len() / 2;
-    let upper = *sorted.get(half)?;
-    Some(if sorted.len() % 2 == 1 {
-        upper
-    } else {
-        0.5 * (sorted[half - 1] + upper)
-    })
-}
-
-fn root_mean_square(values: &[f64]) -> f64 {
-    libm::sqrt(values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64)
 }

@@ -78,13 +78,12 @@ impl ExperimentArgs {
                 "recordings are read from the folder that --data names"
             ));
         }
+        if let Some(folder) = &self.report {
+            report::prepare(folder)?;
+        }
         let mut all = Vec::new();
         for seed in self.seed..self.seed.saturating_add(self.seeds) {
             all.push(self.one(seed, json)?);
-        }
-        if let Some(folder) = &self.report {
-            let page = report::write_seeds(folder, &all)?;
-            eprintln!("wrote {}", page.display());
         }
         let documents = all
             .iter()
@@ -98,10 +97,17 @@ impl ExperimentArgs {
                 json!(all.iter().map(|r| r.seed).collect::<Vec<_>>()),
             );
         }
-        if json {
-            return say(&format!("{}\n", serde_json::to_string_pretty(&mean)?));
+        say(&if json {
+            format!("{}\n", serde_json::to_string_pretty(&mean)?)
+        } else {
+            text::tables(&mean)
+        })?;
+        // Last: numbers that took minutes are not lost to a disk that is full.
+        if let Some(folder) = &self.report {
+            let page = report::write_seeds(folder, &all)?;
+            eprintln!("wrote {}", page.display());
         }
-        say(&text::tables(&mean))
+        Ok(())
     }
 
     fn one(&self, seed: u64, json: bool) -> anyhow::Result<Results> {

@@ -3,12 +3,12 @@
 use super::ExperimentError;
 use super::figures::{Band, Inference};
 use super::look::{ROBOT, ROBOT_STIFFNESS};
-use super::statistics::{mean, root_mean_square};
 use super::widths::Widths;
 use crate::demonstration::Demonstration;
 use crate::model::recognise::Recogniser;
 use crate::model::{Dof, Model, Transform};
 use crate::session::DOFS;
+use crate::statistics::{mean, root_mean_square};
 
 /// Every so many samples of a recording are compared: neighbours say the same.
 const STRIDE: usize = 4;

@@ -17,7 +17,6 @@ mod look;
 pub mod object_matching;
 pub mod pick_and_place;
 pub mod recordings;
-mod statistics;
 pub mod tempo;
 mod widths;
 
@@ -38,6 +37,7 @@ use crate::model::{HyperparametersError, LearnError};
 use crate::simulate::difficulty::DensityError;
 use crate::simulate::operator::OperatorError;
 use crate::simulate::rig::RigError;
+use crate::statistics;
 use crate::table::TableError;
 use tonus_shared::onset::OnsetError;
 use tonus_shared::promp::{BasisError, ModelError};
@@ -195,7 +195,10 @@ pub enum ExperimentError {
     #[error(transparent)]
     Density(#[from] DensityError),
     /// A folder of recordings that is not there.
-    #[error("{}: the recording cannot be read", folder.display())]
+    #[error(
+        "{}: no recording can be read there; give the folder that holds all three recordings",
+        folder.display()
+    )]
     Folder {
         /// The folder.
         folder: PathBuf,

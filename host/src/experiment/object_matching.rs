@@ -7,7 +7,6 @@ use serde::Serialize;
 use super::bands::{Errors, figure, infer, robot_stiffness_ranges};
 use super::figures::{Envelopes, Inference, Trace};
 use super::look::{Answers, Look, Looks, answer, recognise, score};
-use super::statistics::{mean, root_mean_square};
 use super::widths::NOMINAL;
 use super::{Config, ExperimentError, Point, Progress, Score, Sweeps, data};
 use crate::demonstration::Demonstration;
@@ -16,6 +15,7 @@ use crate::model::{Model, learn};
 use crate::simulate::difficulty::BestRecogniser;
 use crate::simulate::skills::{DURATION_US, Skill};
 use crate::simulate::tracker::{NoiseSource, TrackerNoise};
+use crate::statistics::{mean, root_mean_square};
 
 /// What was found.
 #[derive(Debug, Clone, Serialize)]

@@ -259,7 +259,8 @@ impl HeldOut {
             let (best, _) = answer(recogniser, movement.label());
             let bands = infer(recogniser, (best, &NOMINAL), movement)?;
             let recognised = &recogniser.model().labels()[best];
-            let name = format!("{} after {count} observations", movement.label());
+            let s = if count == 1 { "" } else { "s" };
+            let name = format!("{} after {count} observation{s}", movement.label());
             figures
                 .inferences
                 .push(figure(name, recognised, movement, (&observed, bands)));

@@ -5,7 +5,6 @@ use tonus_shared::onset::{MotionEdge, OnsetConfig, OnsetDetector};
 
 use super::data::{self, Paced};
 use super::look::{HAND, HAND_STIFFNESS, Look, STIFFNESS_SIGMA};
-use super::statistics::{mean, root_mean_square};
 use super::{Config, ExperimentError, Score};
 use crate::demonstration::Demonstration;
 use crate::model::learn;
@@ -13,6 +12,7 @@ use crate::model::recognise::Recogniser;
 use crate::model::tempo::{TempoConfig, TempoRecogniser};
 use crate::model::{Model, View};
 use crate::simulate::tracker::TrackerNoise;
+use crate::statistics::{mean, root_mean_square};
 
 /// Demonstrations that are learnt from: fifteen of each action. A bank of hypotheses costs the square of the rank.
 const LEARNED: usize = 45;

@@ -138,7 +138,8 @@ pub enum ClusterError {
     },
     /// Fewer demonstrations than it takes.
     #[error(
-        "{found} demonstrations and {components} components: each component needs 2 demonstrations, and 3 are the least"
+        "{found} demonstrations and {components} components: each component needs 2 unlabelled demonstrations or a label, and 3 \
+         demonstrations are the least"
     )]
     TooFew {
         /// Demonstrations.
@@ -231,6 +232,34 @@ fn check(
     labels: &[Option<usize>],
     config: &ClusterConfig,
 ) -> Result<usize, ClusterError> {
+    check_numbers(config)?;
+    if labels.len() != demonstrations {
+        return Err(ClusterError::Labels {
+            labels: labels.len(),
+            demonstrations,
+        });
+    }
+    let classes = labels
+        .iter()
+        .flatten()
+        .max()
+        .map_or(0, |last| last.saturating_add(1));
+    if let Some(class) = (0..classes).find(|&class| !labels.contains(&Some(class))) {
+        return Err(ClusterError::NoneOfClass { class });
+    }
+    let components = config.least_components.max(classes);
+    let free = labels.iter().filter(|label| label.is_none()).count();
+    if demonstrations < 3 || free < (components - classes).saturating_mul(2) {
+        return Err(ClusterError::TooFew {
+            found: demonstrations,
+            components,
+        });
+    }
+    Ok(classes)
+}
+
+/// Checks the configuration by itself.
+fn check_numbers(config: &ClusterConfig) -> Result<(), ClusterError> {
     let at_least = |what, value: usize, least: usize, range| {
         if value >= least {
             Ok(())
@@ -240,23 +269,23 @@ fn check(
         }
     };
     at_least(
-        "the fewest components",
+        "the least number of components",
         config.least_components,
         1,
         "at least 1",
     )?;
     at_least(
-        "the most components",
+        "the greatest number of components",
         config.most_components,
         config.least_components,
-        "at least the fewest",
+        "at least the least number",
     )?;
-    at_least("the restarts", config.restarts, 1, "at least 1")?;
-    at_least("the folds", config.folds, 2, "at least 2")?;
+    at_least("the number of restarts", config.restarts, 1, "at least 1")?;
+    at_least("the number of folds", config.folds, 2, "at least 2")?;
     let (errors, kept) = (config.standard_errors, config.variance_kept);
     let real = [
         (
-            "the standard errors",
+            "the number of standard errors",
             errors,
             errors >= 0.0 && errors.is_finite(),
             "a finite number from 0",
@@ -268,7 +297,7 @@ fn check(
             "above 0 and below 1",
         ),
         (
-            "the degrees of freedom",
+            "the number of degrees of freedom",
             config.freedom,
             config.freedom > 2.0,
             "above 2, infinite for Gaussians",
@@ -279,24 +308,7 @@ fn check(
             return Err(ClusterError::Config { what, value, range });
         }
     }
-    if labels.len() != demonstrations {
-        return Err(ClusterError::Labels {
-            labels: labels.len(),
-            demonstrations,
-        });
-    }
-    let classes = labels.iter().flatten().max().map_or(0, |last| last + 1);
-    if let Some(class) = (0..classes).find(|&class| !labels.contains(&Some(class))) {
-        return Err(ClusterError::NoneOfClass { class });
-    }
-    let components = config.least_components.max(classes);
-    if demonstrations < 3 || (classes == 0 && demonstrations < 2 * components) {
-        return Err(ClusterError::TooFew {
-            found: demonstrations,
-            components,
-        });
-    }
-    Ok(classes)
+    Ok(())
 }
 
 /// Labelled classes first, the others by their first demonstration.

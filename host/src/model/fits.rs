@@ -46,15 +46,7 @@ pub(super) fn fit_all(
     let mut design: Option<Design> = None;
     let mut fits = Vec::with_capacity(demonstrations.len());
     for demonstration in demonstrations {
-        let (expected, got) = (given.dofs.len(), demonstration.values().len());
-        if expected != got {
-            return Err(LearnError::Dofs {
-                file: demonstration.file().to_owned(),
-                label: demonstration.label().to_owned(),
-                expected,
-                got,
-            });
-        }
+        check_dofs(demonstration, &given.dofs)?;
         if !demonstration.is_complete() {
             return Err(LearnError::Gaps {
                 file: demonstration.file().to_owned(),
@@ -87,24 +79,43 @@ pub(super) fn fit_all(
     Ok(fits)
 }
 
-/// Values as they enter the model, a column per DoF.
-fn encode(demonstration: &Demonstration, dofs: &[Dof]) -> Result<DMatrix<f64>, LearnError> {
-    let mut encoded = Vec::with_capacity(dofs.len() * demonstration.t_s().len());
-    for (values, dof) in demonstration.values().iter().zip(dofs) {
-        for (&value, &time_s) in values.iter().zip(demonstration.t_s()) {
-            let value = dof
-                .encode(value)
-                .map_err(|reason| LearnError::NotPositive {
-                    file: demonstration.file().to_owned(),
-                    label: demonstration.label().to_owned(),
-                    time_s,
-                    reason,
-                })?;
-            encoded.push(value);
+/// Refuses a demonstration of more or fewer DoFs.
+pub(super) fn check_dofs(demonstration: &Demonstration, dofs: &[Dof]) -> Result<(), LearnError> {
+    let (expected, got) = (dofs.len(), demonstration.values().len());
+    if expected == got {
+        return Ok(());
+    }
+    Err(LearnError::Dofs {
+        file: demonstration.file().to_owned(),
+        label: demonstration.label().to_owned(),
+        expected,
+        got,
+    })
+}
+
+/// Values as they enter the model, a column per DoF; zero where none was recorded.
+pub(super) fn encode(
+    demonstration: &Demonstration,
+    dofs: &[Dof],
+) -> Result<DMatrix<f64>, LearnError> {
+    let samples = demonstration.t_s().len();
+    let mut encoded = DMatrix::zeros(samples, dofs.len());
+    for (index, (values, dof)) in demonstration.values().iter().zip(dofs).enumerate() {
+        let present = demonstration.present(index);
+        for (sample, &value) in values.iter().enumerate() {
+            if present.is_some_and(|present| !present[sample]) {
+                continue;
+            }
+            let refused = |reason| LearnError::NotPositive {
+                file: demonstration.file().to_owned(),
+                label: demonstration.label().to_owned(),
+                time_s: demonstration.t_s()[sample],
+                reason,
+            };
+            encoded[(sample, index)] = dof.encode(value).map_err(refused)?;
         }
     }
-    let samples = demonstration.t_s().len();
-    Ok(DMatrix::from_vec(samples, dofs.len(), encoded))
+    Ok(encoded)
 }
 
 /// Mean, and sum of squared distances from it.

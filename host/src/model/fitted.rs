@@ -194,7 +194,8 @@ impl Model {
     }
 }
 
-fn log_sum_exp(logs: &[f64]) -> f64 {
+/// `log sum exp` without overflow; minus infinity of none.
+pub(super) fn log_sum_exp(logs: &[f64]) -> f64 {
     let most = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     if most.is_infinite() {
         return most;

@@ -90,9 +90,9 @@ pub(super) struct Board {
     pub(super) scale: String,
     /// Values of black and of white.
     pub(super) range: (f64, f64),
-    /// `[row][column]`, first row on top.
+    /// `[row][column]`.
     pub(super) cells: Vec<Vec<f64>>,
-    /// Names of the rows; numbers if empty.
+    /// Names of the rows, the first on top; without names they are numbered from below.
     pub(super) rows: Vec<String>,
     /// Pixels.
     pub(super) size: (f64, f64),
@@ -255,16 +255,28 @@ impl Board {
             let level = (white * 255.0).round() as u8;
             format!("#{level:02x}{level:02x}{level:02x}")
         };
-        let mut board = Heatmap::new()
-            .with_data(self.cells.iter().map(|row| row.to_vec()))
-            .with_color_map(ColorMap::Custom(Arc::new(grey)))
-            .with_legend(self.scale.as_str());
+        // kuva puts the first row at the bottom, and the middle of cell n at n.
+        let mut cells = self.cells.clone();
         if !self.rows.is_empty() {
-            board = board.with_labels(self.rows.clone(), Vec::new());
+            cells.reverse();
         }
+        let end = |count: usize| count as f64 + 0.5;
+        let columns = cells.first().map_or(0, Vec::len);
+        let ends = (end(columns), end(cells.len()));
+        let board = Heatmap::new()
+            .with_data(cells)
+            .with_color_map(ColorMap::Custom(Arc::new(grey)));
         let plots = vec![Plot::Heatmap(board)];
-        let layout = layout(&plots, &self.title, (&self.x, &self.y), self.size);
-        Some(named(&render(plots, layout), name, &self.title))
+        let title = format!("{}; grey: {}", self.title, self.scale);
+        let mut layout = layout(&plots, &title, (&self.x, &self.y), self.size)
+            .with_x_axis_min(0.5)
+            .with_x_axis_max(ends.0)
+            .with_y_axis_min(0.5)
+            .with_y_axis_max(ends.1);
+        if !self.rows.is_empty() {
+            layout = layout.with_y_categories(self.rows.iter().rev().cloned().collect());
+        }
+        Some(named(&render(plots, layout), name, &title))
     }
 }
 

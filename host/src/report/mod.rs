@@ -30,13 +30,24 @@ pub enum ReportError {
     #[error("the results are no JSON document: {0}")]
     Document(#[from] serde_json::Error),
     /// The folder or the page.
-    #[error("{}: cannot be written: {source}", path.display())]
+    #[error("{}: cannot be written: {source}; name a folder that can", path.display())]
     Write {
         /// Folder or page.
         path: PathBuf,
         /// What the system says.
         source: std::io::Error,
     },
+}
+
+/// Makes `folder` if there is none and tries whether the page can be put there: to be asked before a run that takes
+/// minutes. A page that is there already stays as it is.
+///
+/// # Errors
+/// [`ReportError::Write`].
+pub fn prepare(folder: &Path) -> Result<(), ReportError> {
+    std::fs::create_dir_all(folder).map_err(failed(folder))?;
+    let path = folder.join(FILE);
+    atomic::try_to_write(&path).map_err(failed(&path))
 }
 
 /// Writes the page of one run into `folder`, which is made if there is none. The page is there whole or not at all.
@@ -54,13 +65,14 @@ pub fn write(folder: &Path, results: &Results) -> Result<PathBuf, ReportError> {
 pub fn write_seeds(folder: &Path, results: &[Results]) -> Result<PathBuf, ReportError> {
     let page = page(results)?;
     let path = folder.join(FILE);
-    let failed = |path: &Path| {
-        let path = path.to_owned();
-        move |source| ReportError::Write { path, source }
-    };
     std::fs::create_dir_all(folder).map_err(failed(folder))?;
     atomic::write(&path, page.as_bytes()).map_err(failed(&path))?;
     Ok(path)
+}
+
+fn failed(path: &Path) -> impl FnOnce(std::io::Error) -> ReportError {
+    let path = path.to_owned();
+    move |source| ReportError::Write { path, source }
 }
 
 /// The page.

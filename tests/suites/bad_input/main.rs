@@ -5,6 +5,7 @@
 mod csv_files;
 mod model_files;
 mod options;
+mod recordings;
 mod signals;
 
 use std::path::Path;
@@ -49,6 +50,7 @@ fn tonus(folder: &Path, arguments: &[&str]) -> Output {
 fn prepare(folder: &Path) {
     csv_files::write(folder);
     signals::write(folder);
+    recordings::write(folder);
     let line = "train good.csv -o good.safetensors --dofs x --basis gaussian:5";
     let output = tonus(folder, &line.split(' ').collect::<Vec<_>>());
     let error = String::from_utf8_lossy(&output.stderr);
@@ -105,6 +107,7 @@ fn there_are_enough_cases() {
     let all = csv_files::CASES.len()
         + model_files::CASES.len()
         + options::CASES.len()
+        + recordings::CASES.len()
         + signals::CASES.len();
     assert!(all >= 40, "{all}");
 }
@@ -125,6 +128,11 @@ fn command_lines() {
 }
 
 #[test]
+fn recordings() {
+    check(recordings::CASES);
+}
+
+#[test]
 fn signals() {
     check(signals::CASES);
 }
@@ -132,7 +140,15 @@ fn signals() {
 #[test]
 fn every_verb_has_help_with_an_example() {
     let folder = tempfile::tempdir().unwrap();
-    for verb in ["demo", "envelope", "eval", "infer", "info", "train"] {
+    for verb in [
+        "demo",
+        "envelope",
+        "eval",
+        "experiment",
+        "infer",
+        "info",
+        "train",
+    ] {
         let output = tonus(folder.path(), &[verb, "--help"]);
         let text = String::from_utf8_lossy(&output.stdout);
         assert!(output.status.success(), "{verb}");

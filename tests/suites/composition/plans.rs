@@ -6,31 +6,20 @@ use tonus::demonstration::Demonstration;
 use tonus::model::compose::{Joint, Part, Plan, PlanError, Present, Via, blend};
 use tonus::model::recognise::Recogniser;
 use tonus::model::{Dof, Hyperparameters, Model, learn};
-use tonus::table::Table;
 use tonus_shared::promp::{Basis, hand_over};
 
 use crate::random::near;
 
 const DOFS: [&str; 6] = ["hx", "hz", "Khy", "rx", "rz", "Kry"];
-const SAMPLES: usize = 200;
 const DURATION_S: f64 = 2.0;
 
 /// Three skills of ten reference demonstrations each.
 fn model() -> &'static Model {
     static MODEL: OnceLock<Model> = OnceLock::new();
     MODEL.get_or_init(|| {
-        let table = Table::open(&tonus_tests::reference().join("demos.csv")).unwrap();
-        let labels = table.text("label").unwrap();
-        let times_s = table.numbers("t_s").unwrap();
-        let columns: Vec<_> = DOFS.iter().map(|d| table.numbers(d).unwrap()).collect();
-        let one = |start: usize| {
-            let rows = start..start + SAMPLES;
-            let values = columns.iter().map(|c| c[rows.clone()].to_vec()).collect();
-            let (label, trial) = (format!("skill_{}", labels[start]), start.to_string());
-            let times_s = times_s[rows].to_vec();
-            Demonstration::new(label, trial, "demos.csv", times_s, values).unwrap()
-        };
-        let all: Vec<_> = (0..table.rows()).step_by(SAMPLES).map(one).collect();
+        let all = tonus_tests::demos(&DOFS);
+        let named = |one: &Demonstration| one.with_label(format!("skill_{}", one.label()));
+        let all: Vec<_> = all.iter().map(named).collect();
         let dof = |name: &&str| {
             if name.starts_with('K') {
                 Dof::stiffness(*name)

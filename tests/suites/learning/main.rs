@@ -15,8 +15,6 @@ use tonus::model::{Dof, Hyperparameters, LearnError, Model, Parts, Predictive, S
 use tonus::table::Table;
 use tonus_shared::promp::{Basis, Observation, Row, Trajectory, trajectory_scratch_len};
 
-const SAMPLES: usize = 200;
-
 fn convention() -> Value {
     let text = std::fs::read_to_string(tonus_tests::reference().join("reference.json")).unwrap();
     serde_json::from_str(&text).unwrap()
@@ -29,25 +27,12 @@ fn numbers(value: &Value) -> Vec<f64> {
 
 /// The 30 reference demonstrations of these DoFs, labelled by class or all alike.
 fn reference(dofs: &[&str], one_label: bool) -> Vec<Demonstration> {
-    let table = Table::open(&tonus_tests::reference().join("demos.csv")).unwrap();
-    let labels = table.text("label").unwrap();
-    let times_s = table.numbers("t_s").unwrap();
-    let columns: Vec<_> = dofs.iter().map(|d| table.numbers(d).unwrap()).collect();
-    let starts = (0..table.rows()).step_by(SAMPLES);
-    let one = |start: usize| {
-        let rows = start..start + SAMPLES;
-        let label = if one_label { "all" } else { labels[start] };
-        let values = columns.iter().map(|c| c[rows.clone()].to_vec()).collect();
-        let trial = start.to_string();
-        Demonstration::new(
-            label,
-            trial,
-            "demos.csv",
-            times_s[rows.clone()].to_vec(),
-            values,
-        )
-    };
-    starts.map(|start| one(start).unwrap()).collect()
+    let all = tonus_tests::demos(dofs);
+    if one_label {
+        all.iter().map(|one| one.with_label("all")).collect()
+    } else {
+        all
+    }
 }
 
 fn plain(dofs: &[&str], functions: usize) -> Hyperparameters {

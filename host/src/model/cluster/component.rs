@@ -5,6 +5,7 @@ use core::f64::consts::{PI, TAU};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::ClusterError;
+use crate::model::fitted::log_sum_exp;
 
 /// One component and its share.
 #[derive(Clone, Debug)]
@@ -147,16 +148,8 @@ pub(super) fn log_completed(
 pub(super) fn log_density(joint: &DMatrix<f64>) -> Vec<f64> {
     joint
         .row_iter()
-        .map(|row| log_sum_exp(row.iter().copied()))
+        .map(|row| log_sum_exp(&row.iter().copied().collect::<Vec<_>>()))
         .collect()
-}
-
-pub(super) fn log_sum_exp(values: impl Iterator<Item = f64> + Clone) -> f64 {
-    let greatest = values.clone().fold(f64::NEG_INFINITY, f64::max);
-    if greatest == f64::NEG_INFINITY {
-        return greatest;
-    }
-    greatest + libm::log(values.map(|value| libm::exp(value - greatest)).sum())
 }
 
 /// Bhattacharyya distance of two Gaussians, nats: `m^T C^-1 m / 8 + log(|C| / sqrt(|C_1| |C_2|)) / 2`, `C` the mean of

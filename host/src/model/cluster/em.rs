@@ -14,6 +14,7 @@ use nalgebra::{DMatrix, DVector};
 use super::component::{Component, distance, factor, log_density, log_determinant, log_joint};
 use super::space::Space;
 use super::{ClusterError, Covariances, greatest};
+use crate::model::fitted::log_sum_exp;
 
 /// Iterations of one phase, at most.
 const ITERATIONS: usize = 200;
@@ -240,7 +241,7 @@ impl Fit {
                 if distance(&self.mixture[earlier], &self.mixture[q])? < DUPLICATE {
                     for mut row in self.memberships.row_iter_mut() {
                         let both = [row[earlier], row[q]];
-                        row[earlier] = super::component::log_sum_exp(both.into_iter());
+                        row[earlier] = log_sum_exp(&both);
                     }
                     self.memberships = self.memberships.clone().remove_column(q);
                     self.merged += 1;
@@ -352,8 +353,7 @@ impl Fit {
 /// Rows that sum to one again; where nothing is left of a row, it belongs to all alike.
 fn normalised(mut memberships: DMatrix<f64>) -> DMatrix<f64> {
     for mut row in memberships.row_iter_mut() {
-        let total =
-            super::component::log_sum_exp(row.iter().copied().collect::<Vec<_>>().into_iter());
+        let total = log_sum_exp(&row.iter().copied().collect::<Vec<_>>());
         if total == f64::NEG_INFINITY {
             row.fill(-libm::log(row.len() as f64));
         } else {

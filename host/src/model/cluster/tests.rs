@@ -29,6 +29,16 @@ fn free(space: &Space) -> Vec<Option<usize>> {
     vec![None; space.count()]
 }
 
+/// Gaussian components on points without classes.
+fn gaussians<'a>(space: &'a Space, labels: &'a [Option<usize>]) -> Data<'a> {
+    Data {
+        space,
+        labels,
+        classes: 0,
+        tails: f64::INFINITY,
+    }
+}
+
 fn thirds() -> Vec<usize> {
     (0..120).map(|i| i / 40).collect()
 }
@@ -43,12 +53,7 @@ fn rises(objective: &[f64]) -> bool {
 fn the_likelihood_is_that_of_another_implementation() {
     let (space, log_likelihood) = golden();
     let labels = free(&space);
-    let data = Data {
-        space: &space,
-        labels: &labels,
-        classes: 0,
-        tails: f64::INFINITY,
-    };
+    let data = gaussians(&space, &labels);
     let fit = Fit::tied(data, &thirds(), 3).unwrap();
     // The noise counts as one point of 121.
     let difference = fit.log_likelihood - log_likelihood;
@@ -61,12 +66,7 @@ fn the_likelihood_is_that_of_another_implementation() {
 fn own_covariances_raise_the_objective_and_fit_better() {
     let (space, _) = golden();
     let labels = free(&space);
-    let data = Data {
-        space: &space,
-        labels: &labels,
-        classes: 0,
-        tails: f64::INFINITY,
-    };
+    let data = gaussians(&space, &labels);
     let tied = Fit::tied(data, &thirds(), 3).unwrap();
     let own = tied.own(data).unwrap();
     let phase = &own.objective[tied.objective.len()..];
@@ -78,12 +78,7 @@ fn own_covariances_raise_the_objective_and_fit_better() {
 fn an_empty_component_is_started_anew() {
     let (space, log_likelihood) = golden();
     let labels = free(&space);
-    let data = Data {
-        space: &space,
-        labels: &labels,
-        classes: 0,
-        tails: f64::INFINITY,
-    };
+    let data = gaussians(&space, &labels);
     // Two groups start as one, and the third component without a point.
     let start: Vec<usize> = thirds().iter().map(|&of| of.min(1)).collect();
     let fit = Fit::tied(data, &start, 3).unwrap();
@@ -98,12 +93,7 @@ fn more_components_than_kinds_of_points_are_merged_or_dropped() {
     let columns = DMatrix::from_fn(2, 20, |row, i| if i % 2 == row { 1.0 } else { 0.0 });
     let space = Space::principal(columns, 2, 0.99).unwrap();
     let labels = free(&space);
-    let data = Data {
-        space: &space,
-        labels: &labels,
-        classes: 0,
-        tails: f64::INFINITY,
-    };
+    let data = gaussians(&space, &labels);
     // Each of the two starts as two components, and a fifth component without a point.
     let start: Vec<usize> = (0..20).map(|i| i % 4).collect();
     let fit = Fit::tied(data, &start, 5).unwrap();
@@ -168,10 +158,8 @@ fn tails_bear_what_is_far_out() {
     let start: Vec<usize> = thirds().into_iter().chain([0]).collect();
     let fits = [4.0, f64::INFINITY].map(|tails| {
         let data = Data {
-            space: &far,
-            labels: &labels,
-            classes: 0,
             tails,
+            ..gaussians(&far, &labels)
         };
         let fit = Fit::tied(data, &start, 3).unwrap();
         assert!(rises(&fit.objective), "{:?}", fit.objective);

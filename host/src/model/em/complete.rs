@@ -3,7 +3,7 @@
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use crate::demonstration::Demonstration;
-use crate::model::fits::{Groups, Member, moments, scale_of};
+use crate::model::fits::{Groups, Member, check_dofs, encode, moments, scale_of};
 use crate::model::weights::design;
 use crate::model::{Hyperparameters, LearnError};
 
@@ -87,7 +87,9 @@ impl Completed {
         let mut design = Vec::with_capacity(demonstrations.len());
         let mut series = Vec::with_capacity(demonstrations.len());
         for demonstration in demonstrations {
-            let (values, recorded) = encode(demonstration, given)?;
+            check_dofs(demonstration, &given.dofs)?;
+            let values = encode(demonstration, &given.dofs)?;
+            let recorded = recorded(demonstration);
             let phases: Vec<f64> = demonstration.phases().collect();
             let same = |known: &Design| known.phases == phases && known.recorded == recorded;
             design.push(designs.iter().position(same).unwrap_or(designs.len()));
@@ -190,37 +192,11 @@ impl Completed {
     }
 }
 
-/// Values as they enter the model, and ones where they were recorded: `T x D` each.
-fn encode(
-    demonstration: &Demonstration,
-    given: &Hyperparameters,
-) -> Result<(DMatrix<f64>, DMatrix<f64>), LearnError> {
-    let (expected, got) = (given.dofs.len(), demonstration.values().len());
-    if expected != got {
-        return Err(LearnError::Dofs {
-            file: demonstration.file().to_owned(),
-            label: demonstration.label().to_owned(),
-            expected,
-            got,
-        });
-    }
-    let samples = demonstration.t_s().len();
-    let mut values = DMatrix::zeros(samples, expected);
-    let mut recorded = DMatrix::zeros(samples, expected);
-    for (dof, signal) in given.dofs.iter().enumerate() {
+/// One where a value was recorded, else zero: `T x D`.
+fn recorded(demonstration: &Demonstration) -> DMatrix<f64> {
+    let (samples, dofs) = (demonstration.t_s().len(), demonstration.values().len());
+    DMatrix::from_fn(samples, dofs, |sample, dof| {
         let present = demonstration.present(dof);
-        for (sample, &value) in demonstration.values()[dof].iter().enumerate() {
-            if present.is_none_or(|present| present[sample]) {
-                let encoded = signal.encode(value);
-                values[(sample, dof)] = encoded.map_err(|reason| LearnError::NotPositive {
-                    file: demonstration.file().to_owned(),
-                    label: demonstration.label().to_owned(),
-                    time_s: demonstration.t_s()[sample],
-                    reason,
-                })?;
-                recorded[(sample, dof)] = 1.0;
-            }
-        }
-    }
-    Ok((values, recorded))
+        f64::from(u8::from(present.is_none_or(|present| present[sample])))
+    })
 }

@@ -31,7 +31,7 @@ pub(super) fn figure(document: &Value) -> Figure {
     }
     let mut panel = Panel::new(
         "answers by confidence",
-        "confidence, mean probability given to the answer",
+        "mean probability given to the answer, 0 to 1",
         "accuracy, share right",
         series,
     );

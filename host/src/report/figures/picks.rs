@@ -124,7 +124,7 @@ pub(super) fn traces(all: &[Trace], (id, title): (&'static str, &str), caption: 
         Panel::new(&title, PHASE, what, series.collect())
     };
     let posteriors = all.iter().map(|trace| {
-        let mut panel = panel(trace, &trace.posterior, "posterior probability");
+        let mut panel = panel(trace, &trace.posterior, "posterior probability, 0 to 1");
         panel.y_range = Some((0.0, 1.0));
         panel
     });

@@ -170,9 +170,9 @@ fn mean_board(model: &Model) -> Board {
     });
     Board {
         title: "mean weights".to_owned(),
-        x: "basis function".to_owned(),
+        x: "basis function, number".to_owned(),
         y: "DoF".to_owned(),
-        scale: "share of the DoF's range".to_owned(),
+        scale: "weight, share of the DoF's range".to_owned(),
         range: (0.0, 1.0),
         cells: cells.collect(),
         rows: parts
@@ -214,9 +214,9 @@ fn correlation_board(model: &Model) -> Board {
     });
     Board {
         title: format!("{} and {}", dof_name(COUPLED[0]), dof_name(COUPLED[1])),
-        x: "weight, first DoF then second".to_owned(),
-        y: "weight".to_owned(),
-        scale: "correlation".to_owned(),
+        x: "weight of the first DoF, then of the second, number".to_owned(),
+        y: "weight, number".to_owned(),
+        scale: "correlation, -1 to 1".to_owned(),
         range: (-1.0, 1.0),
         cells: cells.collect(),
         rows: Vec::new(),

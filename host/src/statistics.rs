@@ -1,7 +1,7 @@
 //! Figures over many movements.
 
 /// The middle value, or the mean of the two in the middle; NaN of none.
-pub(super) fn median(values: &[f64]) -> f64 {
+pub(crate) fn median(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     let half = sorted.len() / 2;
@@ -13,17 +13,17 @@ pub(super) fn median(values: &[f64]) -> f64 {
 }
 
 /// Mean; NaN of none.
-pub(super) fn mean(values: &[f64]) -> f64 {
+pub(crate) fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
 /// Root of the mean square; NaN of none.
-pub(super) fn root_mean_square(values: &[f64]) -> f64 {
+pub(crate) fn root_mean_square(values: &[f64]) -> f64 {
     libm::sqrt(values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64)
 }
 
 /// Spearman's rank correlation; values are taken to differ.
-pub(super) fn rank_correlation(pairs: &[(f64, f64)]) -> f64 {
+pub(crate) fn rank_correlation(pairs: &[(f64, f64)]) -> f64 {
     let (first, second): (Vec<f64>, Vec<f64>) = pairs.iter().copied().unzip();
     let (first, second) = (ranks(&first), ranks(&second));
     let middle = 0.5 * (pairs.len() as f64 - 1.0);
