@@ -15,8 +15,10 @@ const EXAMPLE: &str = "Examples:
   tonus demo --headless --seed 7 --json as fast as possible, one JSON document
 
 Keys of the JSON: seed, actions[] (performed, recognised, posterior, seconds_to_decision, decided,
-recognised_without_semg), correct, total, accuracy_without_semg (the three lifts), stiffness_nrmse, robot_rmse_m,
-packets (sent, lost, corrupt), latency_ms (p50, p99). Start and duration of each movement are known to the
+recognised_without_semg, unknown, nearest, distance), correct, total, false_alarms, outside[] (performed,
+named_unknown, seconds_to_unknown, nearest, distance, held, moved_m: what is in no demonstration),
+accuracy_without_semg (the three lifts), stiffness_nrmse, robot_rmse_m, packets (sent, lost, corrupt), latency_ms
+(p50, p99). Start and duration of each movement are known to the
 recogniser; latency is virtual time from the newest scan to the command.";
 
 /// Watch the whole chain work on simulated people: learn, recognise, follow.
@@ -48,16 +50,16 @@ impl DemoArgs {
         let live = !self.headless && !json && stdin().is_terminal() && stdout().is_terminal();
         let visible = !json && stderr().is_terminal();
         let learning = Progress::spinner("learning from simulated demonstrations", visible);
-        let model = demo::learn_skills(&config)?;
+        let library = demo::learn_skills(&config)?;
         learning.finish();
         let report = if live {
             let mut view = View::open()?;
-            let report = demo::perform(&config, &model, |snapshot| view.show(snapshot));
+            let report = demo::perform(&config, &library, |snapshot| view.show(snapshot));
             view.close()?;
             report?
         } else {
             let progress = Progress::bar("performing", visible);
-            let report = demo::perform(&config, &model, |snapshot| {
+            let report = demo::perform(&config, &library, |snapshot| {
                 progress.at(snapshot.now_us, snapshot.end_us);
                 ControlFlow::Continue(())
             });
@@ -69,6 +71,32 @@ impl DemoArgs {
         } else {
             say(&text(&report))
         }
+    }
+}
+
+/// What the person did that no demonstration shows.
+fn outside(out: &mut String, report: &Report) {
+    use std::fmt::Write as _;
+    if report.outside.is_empty() {
+        return;
+    }
+    out.push_str("\nIn no demonstration:\n\n  performed      named unknown  nearest        distance  robot held  had moved\n");
+    for action in &report.outside {
+        let named = action
+            .seconds_to_unknown
+            .map_or("never".to_owned(), |s| format!("after {s:.2} s"));
+        let _infallible = writeln!(
+            out,
+            "{} {:<14} {named:>13}  {:<14} {:>8}  {:>10}  {:>6.0} mm",
+            if action.named_unknown { ' ' } else { '!' },
+            action.performed,
+            action.nearest.as_deref().unwrap_or("-"),
+            action
+                .distance
+                .map_or("-".to_owned(), |d| format!("{d:.1}")),
+            if action.held { "yes" } else { "no" },
+            action.moved_m * 1e3,
+        );
     }
 }
 
@@ -90,10 +118,19 @@ fn text(report: &Report) -> String {
             .map_or("never".to_owned(), |s| format!("{s:.2} s"));
         let _infallible = writeln!(
             out,
-            "{wrong} {:<14} {:<14} {:>9.4}  {decided:>13}  {}",
-            action.performed, action.recognised, action.posterior, action.recognised_without_semg,
+            "{wrong} {:<14} {:<14} {:>9.4}  {decided:>13}  {}{}",
+            action.performed,
+            action.recognised,
+            action.posterior,
+            action.recognised_without_semg,
+            if action.unknown {
+                " (held: taken for unknown)"
+            } else {
+                ""
+            },
         );
     }
+    outside(&mut out, report);
     let share =
         |value: Option<f64>| value.map_or("-".to_owned(), |v| format!("{:.0} %", v * 100.0));
     let _infallible = writeln!(
@@ -102,6 +139,15 @@ fn text(report: &Report) -> String {
         report.correct,
         report.total,
         share(report.accuracy_without_semg),
+    );
+    let named = report.outside.iter().filter(|a| a.named_unknown).count();
+    let held = report.outside.iter().filter(|a| a.held).count();
+    let _infallible = writeln!(
+        out,
+        "not in the library    {named} of {} named so, the robot held in {held}; {} of the {} known taken for it",
+        report.outside.len(),
+        report.false_alarms,
+        report.total,
     );
     if let (Some(stiffness), Some(path_m)) = (report.stiffness_nrmse, report.robot_rmse_m) {
         let _infallible = writeln!(

@@ -1,9 +1,12 @@
 //! The run itself: one millisecond after the other, sessions, gate and robot on what reaches the host.
 
+use super::outside::{Held, OutsideScore};
 use super::score::{ActionScore, Following, quantile};
 use super::{
-    DemoError, INERTIA_KG, Latency, PAYLOAD_KG, PERIOD_S, Packets, Report, Snapshot, session_config,
+    DemoError, INERTIA_KG, Latency, OUTSIDE, PAYLOAD_KG, PERIOD_S, Packets, Report, Snapshot,
+    session_config,
 };
+use crate::model::novelty;
 use crate::model::recognise::Recogniser;
 use crate::robot::command::Command;
 use crate::robot::gate::{Cause, Gate, State};
@@ -34,6 +37,9 @@ pub(super) struct Stage<'m> {
     pub(super) packets: Packets,
     latencies_ms: Vec<f64>,
     scores: Vec<ActionScore>,
+    /// The robot through the action under way, if that is in no demonstration.
+    held: Option<Held>,
+    outside: Vec<OutsideScore>,
     /// How many scored actions were lifts, and how many of these positions alone recognised.
     lifts: [usize; 2],
     posterior: Vec<f64>,
@@ -43,10 +49,11 @@ pub(super) struct Stage<'m> {
 impl<'m> Stage<'m> {
     pub(super) fn new(
         [recogniser, positions_only]: [Recogniser<'m>; 2],
+        gate: &'m novelty::Gate,
         spans: Vec<Span>,
     ) -> Result<Self, DemoError> {
         let labels = recogniser.model().labels().to_vec();
-        let session = Session::new(recogniser, session_config(true))?;
+        let session = Session::new(recogniser, session_config(true))?.watching(gate)?;
         Ok(Self {
             posterior: session.posterior(),
             session,
@@ -60,6 +67,8 @@ impl<'m> Stage<'m> {
             packets: Packets::default(),
             latencies_ms: Vec::new(),
             scores: Vec::new(),
+            held: None,
+            outside: Vec::new(),
             lifts: [0; 2],
             hand_m: [0.0; 3],
         })
@@ -117,6 +126,10 @@ impl<'m> Stage<'m> {
             };
             self.session.handle(began, now_us)?;
             self.positions_only.handle(began, now_us)?;
+            if matches!(span.task, Task::Perform(action) if OUTSIDE.contains(&action.skill)) {
+                let from_m = self.gate.setpoint().position_m;
+                self.held = Some(Held::new(span.start_us, from_m));
+            }
         }
         if self.under_way && now_us >= span.end_us {
             if let Task::Perform(action) = span.task {
@@ -131,6 +144,11 @@ impl<'m> Stage<'m> {
     }
 
     fn score(&mut self, performed: Skill) {
+        let novelty = self.session.novelty();
+        if let Some(held) = self.held.take() {
+            self.outside.push(held.score(performed.label(), novelty));
+            return;
+        }
         let (best, posterior) = most_likely(&self.session.posterior());
         let (without_semg, _) = most_likely(&self.positions_only.posterior());
         let label = |skill: usize| self.labels.get(skill).cloned().unwrap_or_default();
@@ -142,6 +160,9 @@ impl<'m> Stage<'m> {
             seconds_to_decision: decision.map(|decision| decision.after_s),
             decided: decision.map(|decision| label(decision.skill)),
             recognised_without_semg: label(without_semg),
+            unknown: self.session.unknown(),
+            nearest: novelty.map(|novelty| novelty.nearest.to_owned()),
+            distance: novelty.map(|novelty| novelty.distance),
         };
         if Skill::LIFTS.contains(&performed) {
             self.lifts[0] += 1;
@@ -153,11 +174,14 @@ impl<'m> Stage<'m> {
     fn move_robot(&mut self, now_us: u64) -> Result<(), DemoError> {
         let doing = self.doing(now_us);
         let lifting =
-            doing.is_some_and(|(action, s)| action.skill != Skill::HandOver && s >= GRASPED);
+            doing.is_some_and(|(action, s)| Skill::LIFTS.contains(&action.skill) && s >= GRASPED);
         self.robot.carry(if lifting { PAYLOAD_KG } else { 0.0 })?;
         let setpoint = self.gate.tick(now_us);
         self.robot.step(&setpoint, [0.0; 3], PERIOD_S);
-        if let Some((action, s)) = doing {
+        if let Some(held) = &mut self.held {
+            // No script says what the robot should do.
+            held.add(now_us, self.session.unknown(), setpoint.position_m);
+        } else if let Some((action, s)) = doing {
             let truth = scripted::robot(&action, s);
             self.following.add(
                 (self.robot.position_m(), truth.position_m),
@@ -186,6 +210,7 @@ impl<'m> Stage<'m> {
             action: self.doing(now_us).map(|(action, s)| (action.skill, s)),
             labels: &self.labels,
             posterior: &self.posterior,
+            novelty: self.session.novelty(),
             stream: self.session.stream(),
             hand_m: self.hand_m,
             setpoint: self.gate.setpoint(),
@@ -193,6 +218,7 @@ impl<'m> Stage<'m> {
             gate: self.gate.state(),
             packets: self.packets,
             scores: &self.scores,
+            outside: &self.outside,
         }
     }
 
@@ -206,6 +232,8 @@ impl<'m> Stage<'m> {
             seed,
             correct: correct.count(),
             total: self.scores.len(),
+            false_alarms: self.scores.iter().filter(|a| a.unknown).count(),
+            outside: self.outside,
             accuracy_without_semg,
             stiffness_nrmse: self.following.stiffness_nrmse(),
             robot_rmse_m: self.following.rmse_m(),

@@ -10,61 +10,26 @@
 //! movement from outside is like. Of those that do it about equally well the one is taken that compares most locally and
 //! is least impressed by single odd moments: outside the library lies more than what the library can show.
 
+mod config;
 mod kernel;
 mod leave_out;
+mod seen;
 mod stream;
 
+pub use config::GateConfig;
 pub use kernel::GateSettings;
 pub use stream::{GateStream, StreamError};
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use nalgebra::DMatrix;
 use tonus_shared::promp::{Known, ModelError, Novelty, Watch, WatchError, watch_len};
 
 use self::kernel::Kernels;
 use self::leave_out::LeftOut;
+use self::seen::Seen;
 use super::first_part::FirstPart;
 use super::{Dof, NotPositive, Valid};
 use crate::demonstration::Demonstration;
-
-/// Leaving one out must leave a spread.
-const LEAST_PER_CLASS: usize = 3;
-
-/// What a gate looks at, and how often it may be wrong.
-#[derive(Clone, Debug, PartialEq)]
-pub struct GateConfig {
-    /// The DoFs that are observed, indices into the model's: the person's, not those of a robot to be inferred.
-    pub dofs: Vec<usize>,
-    /// How many times each is observed, equally spaced from the start, at least 1.
-    pub observations: usize,
-    /// The first part of the movement that they span, above 0, at most 1.
-    pub fraction: f64,
-    /// Share of known movements that may be called unknown, above 0 and below 1.
-    pub false_alarm_rate: f64,
-}
-
-impl GateConfig {
-    /// All of `count` DoFs, ten times over the whole movement, 2 % false alarms.
-    #[must_use]
-    pub fn of(count: usize) -> Self {
-        Self {
-            dofs: (0..count).collect(),
-            observations: 10,
-            fraction: 1.0,
-            false_alarm_rate: 0.02,
-        }
-    }
-
-    fn phases(&self) -> Vec<f64> {
-        let last = self.observations.saturating_sub(1).max(1) as f64;
-        let first = if self.observations == 1 { 1.0 } else { 0.0 };
-        (0..self.observations)
-            .map(|step| self.fraction * (first + step as f64 / last).min(1.0))
-            .collect()
-    }
-}
 
 /// Why there is no gate, or no answer of it.
 #[derive(Debug, thiserror::Error)]
@@ -200,6 +165,11 @@ impl Gate {
         let left_out = LeftOut::of(seen, settings)?;
         let least = 1.0 / (left_out.count() + 1) as f64;
         let rate = config.false_alarm_rate.max(least);
+        let thresholds = if config.throughout {
+            left_out.thresholds_throughout(settings.tail, rate)
+        } else {
+            left_out.thresholds(settings.tail, rate)
+        };
         let members: Vec<usize> = (0..seen.rows.nrows()).collect();
         let kernels = Kernels::of(seen, &members, settings)?;
         Self::assemble(GateParts {
@@ -210,7 +180,7 @@ impl Gate {
             references: kernels.references(),
             skills: kernels.skills(),
             tail: settings.tail,
-            thresholds: left_out.thresholds(settings.tail, rate),
+            thresholds,
             false_alarm_rate: rate,
         })
     }
@@ -321,149 +291,5 @@ fn no_dof(demonstration: &Demonstration, dof: usize) -> GateError {
         file: demonstration.file().to_owned(),
         dof,
         got: demonstration.values().len(),
-    }
-}
-
-/// All demonstrations at the gate's instants.
-struct Seen {
-    dofs: Vec<(usize, Dof)>,
-    phases: Vec<f64>,
-    /// Standard deviation of each DoF over all demonstrations and instants, as it enters the model.
-    scale: Vec<f64>,
-    classes: Vec<String>,
-    /// `N x J`, scaled.
-    rows: DMatrix<f64>,
-    /// Class of each demonstration.
-    class: Vec<usize>,
-    /// What is left out with each demonstration.
-    group: Vec<usize>,
-}
-
-impl Seen {
-    fn of(
-        demonstrations: &[Demonstration],
-        valid: &Valid,
-        config: &GateConfig,
-    ) -> Result<Self, GateError> {
-        let all = &valid.get().dofs;
-        check(config, all.len())?;
-        let dofs: Vec<_> = config.dofs.iter().map(|&d| (d, all[d].clone())).collect();
-        let phases = config.phases();
-        let mut classes = BTreeMap::<&str, usize>::new();
-        for demonstration in demonstrations {
-            *classes.entry(demonstration.class()).or_default() += 1;
-        }
-        if let Some((class, &found)) = classes.iter().find(|(_, n)| **n < LEAST_PER_CLASS) {
-            return Err(GateError::TooFew {
-                class: (*class).to_owned(),
-                found,
-                needed: LEAST_PER_CLASS,
-            });
-        }
-        let names: Vec<&str> = classes.into_keys().collect();
-        let index = |name: &str| names.iter().position(|n| *n == name).unwrap_or_default();
-        let class: Vec<usize> = demonstrations.iter().map(|d| index(d.class())).collect();
-        let mut values = Vec::with_capacity(demonstrations.len() * phases.len() * dofs.len());
-        for demonstration in demonstrations {
-            let part = FirstPart::of(demonstration, config.fraction);
-            for &phase in &phases {
-                for &(index, ref dof) in &dofs {
-                    let value = part.value(index, phase);
-                    let value = value.ok_or_else(|| no_dof(demonstration, index))?;
-                    values.push(dof.encode(value)?);
-                }
-            }
-        }
-        let width = phases.len() * dofs.len();
-        let mut rows = DMatrix::from_row_slice(demonstrations.len(), width, &values);
-        let scale = scales(&mut rows, &dofs)?;
-        Ok(Self {
-            group: groups(demonstrations, &class, names.len()),
-            classes: names.into_iter().map(str::to_owned).collect(),
-            dofs,
-            phases,
-            scale,
-            rows,
-            class,
-        })
-    }
-}
-
-fn check(config: &GateConfig, dofs: usize) -> Result<(), GateError> {
-    let rate = config.false_alarm_rate;
-    let observations = config.observations as f64;
-    let greatest = config.dofs.iter().max().map_or(f64::NAN, |&dof| dof as f64);
-    let numbers = [
-        (
-            "the number of observations",
-            observations,
-            observations >= 1.0,
-            "at least 1",
-        ),
-        (
-            "the fraction",
-            config.fraction,
-            config.fraction > 0.0 && config.fraction <= 1.0,
-            "above 0 and at most 1",
-        ),
-        (
-            "the false alarm rate",
-            rate,
-            rate > 0.0 && rate < 1.0,
-            "a rate above 0 and below 1",
-        ),
-        (
-            "the greatest DoF",
-            greatest,
-            greatest < dofs as f64,
-            "at least one DoF, each one of the model's",
-        ),
-    ];
-    for (what, value, within, range) in numbers {
-        if !within {
-            return Err(GateError::Config { what, value, range });
-        }
-    }
-    Ok(())
-}
-
-/// Scales the columns of each DoF to unit variance; their standard deviations.
-fn scales(rows: &mut DMatrix<f64>, dofs: &[(usize, Dof)]) -> Result<Vec<f64>, GateError> {
-    let mut scale = Vec::with_capacity(dofs.len());
-    for (offset, (_, dof)) in dofs.iter().enumerate() {
-        let columns = (offset..rows.ncols()).step_by(dofs.len());
-        let block = rows.select_columns(&columns.clone().collect::<Vec<_>>());
-        let std = libm::sqrt(block.variance());
-        if !(std.is_finite() && std > f64::EPSILON * block.amax()) {
-            let dof = dof.name.clone();
-            return Err(GateError::Scale { dof });
-        }
-        for column in columns {
-            rows.column_mut(column).unscale_mut(std);
-        }
-        scale.push(std);
-    }
-    Ok(scale)
-}
-
-/// Trials, where every class has enough of them: performances of one trial are alike. Else each by itself.
-fn groups(demonstrations: &[Demonstration], class: &[usize], classes: usize) -> Vec<usize> {
-    let mut trials: Vec<&str> = demonstrations.iter().map(Demonstration::trial).collect();
-    trials.sort_unstable();
-    trials.dedup();
-    let of = |d: &Demonstration| trials.iter().position(|t| *t == d.trial()).unwrap_or(0);
-    let group: Vec<usize> = demonstrations.iter().map(of).collect();
-    let enough = |q: usize| {
-        let members = class.iter().zip(&group).filter(|(c, _)| **c == q);
-        let mut of_class: Vec<usize> = members.map(|(_, g)| *g).collect();
-        of_class.sort_unstable();
-        let largest = of_class.chunk_by(|a, b| a == b).map(<[_]>::len).max();
-        // Whichever trial is left out, two demonstrations must be left.
-        of_class.len() >= largest.unwrap_or(0) + LEAST_PER_CLASS - 1
-    };
-    if (0..classes).all(enough) {
-        group
-    } else {
-        (0..demonstrations.len()).collect()
     }
 }

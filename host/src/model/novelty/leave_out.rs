@@ -80,18 +80,55 @@ impl LeftOut {
 
     /// After each number of rows, the score that a share `rate` of the left out exceeds.
     pub(super) fn thresholds(&self, tail: f64, rate: f64) -> Vec<f64> {
-        let after = |rows: usize| {
-            let least = self.judged.iter().map(|judged| {
-                let classes = judged.squares.iter();
-                classes
-                    .map(|(_, squares)| least_surprise(squares, tail, rows))
-                    .fold(f64::INFINITY, f64::min)
-            });
-            let mut known: Vec<f64> = least.collect();
+        let courses = self.courses(tail);
+        let after = |row: usize| {
+            let mut known: Vec<f64> = courses.iter().map(|course| course[row]).collect();
             known.sort_by(f64::total_cmp);
             upper_quantile(&known, rate)
         };
-        (1..=self.rows).map(after).collect()
+        (0..self.rows).map(after).collect()
+    }
+
+    /// After each number of rows, scores such that a share `rate` of the left out exceeds any of them: all as many
+    /// standard deviations above the mean of the left out's log scores (the greatest of standardised
+    /// statistics, Westfall and Young 1993). Early scores scatter the most and are allowed to.
+    pub(super) fn thresholds_throughout(&self, tail: f64, rate: f64) -> Vec<f64> {
+        let mut logs = self.courses(tail);
+        // Seen exactly before, a score is zero.
+        for score in logs.iter_mut().flatten() {
+            *score = libm::log(score.max(f64::MIN_POSITIVE));
+        }
+        let count = logs.len() as f64;
+        let after = |row: usize| {
+            let scores = || logs.iter().map(|course| course[row]);
+            let mean = scores().sum::<f64>() / count;
+            let squares = scores().map(|log| (log - mean) * (log - mean));
+            let std = libm::sqrt(squares.sum::<f64>() / (count - 1.0).max(1.0));
+            (mean, std.max(f64::EPSILON))
+        };
+        let moments: Vec<(f64, f64)> = (0..self.rows).map(after).collect();
+        let greatest = logs.iter().map(|course| {
+            let rows = course.iter().zip(&moments);
+            rows.map(|(log, (mean, std))| (log - mean) / std)
+                .fold(f64::NEG_INFINITY, f64::max)
+        });
+        let mut greatest: Vec<f64> = greatest.collect();
+        greatest.sort_by(f64::total_cmp);
+        let above = upper_quantile(&greatest, rate);
+        let score = |(mean, std): &(f64, f64)| libm::exp(mean + above * std);
+        moments.iter().map(score).collect()
+    }
+
+    /// Of each of the left out, its score after each number of rows.
+    fn courses(&self, tail: f64) -> Vec<Vec<f64>> {
+        let after = |judged: &Judged, rows: usize| {
+            let classes = judged.squares.iter();
+            classes
+                .map(|(_, squares)| least_surprise(squares, tail, rows))
+                .fold(f64::INFINITY, f64::min)
+        };
+        let course = |judged| (1..=self.rows).map(|rows| after(judged, rows)).collect();
+        self.judged.iter().map(course).collect()
     }
 }
 
