@@ -53,6 +53,9 @@ const OUTSIDE: [Skill; 3] = [Skill::Wave, Skill::Place, Skill::Wave];
 const TARGETS_M: [f64; 2] = [0.10, 0.30];
 /// Basis functions of each DoF: the fastest thing in two seconds takes about a fifth of one.
 const BASIS_FUNCTIONS: usize = 20;
+/// Share of known movements that may be held as unknown at any time: more than is seen among so few demonstrations, since
+/// the robot is held until the movement ends.
+const FALSE_ALARM_RATE: f64 = 0.005;
 /// Apparent inertia of the simulated robot's hand, kg.
 const INERTIA_KG: [f64; 3] = [2.0; 3];
 /// What the robot carries in a lift, kg.
@@ -307,6 +310,7 @@ pub fn learn_skills(config: &DemoConfig) -> Result<Library, DemoError> {
         .count();
     let watched = GateConfig {
         throughout: true,
+        false_alarm_rate: FALSE_ALARM_RATE,
         ..GateConfig::of(seen)
     };
     Ok(Library {

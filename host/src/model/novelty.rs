@@ -109,8 +109,8 @@ pub struct GateParts {
     pub tail: f64,
     /// `J`.
     pub thresholds: Vec<f64>,
-    /// Rate that the thresholds were fixed for: the one asked for, or, if more, the least that so many
-    /// demonstrations can show.
+    /// Rate that the thresholds were fixed for: the one asked for; of a gate that judges once, if that is more, the
+    /// least that so many demonstrations can show.
     pub false_alarm_rate: f64,
 }
 
@@ -163,12 +163,12 @@ impl Gate {
         config: &GateConfig,
     ) -> Result<Self, GateError> {
         let left_out = LeftOut::of(seen, settings)?;
-        let least = 1.0 / (left_out.count() + 1) as f64;
-        let rate = config.false_alarm_rate.max(least);
-        let thresholds = if config.throughout {
-            left_out.thresholds_throughout(settings.tail, rate)
+        let rate = config.false_alarm_rate;
+        let (rate, thresholds) = if config.throughout {
+            (rate, left_out.thresholds_throughout(settings.tail, rate))
         } else {
-            left_out.thresholds(settings.tail, rate)
+            let rate = rate.max(left_out.least_rate());
+            (rate, left_out.thresholds(settings.tail, rate))
         };
         let members: Vec<usize> = (0..seen.rows.nrows()).collect();
         let kernels = Kernels::of(seen, &members, settings)?;

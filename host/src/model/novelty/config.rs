@@ -14,7 +14,8 @@ pub struct GateConfig {
     /// Share of known movements that may be called unknown, above 0 and below 1.
     pub false_alarm_rate: f64,
     /// Whether the answer counts at every moment of a movement, as in a live session: the rate is then the share of movements
-    /// that are *ever* called unknown. Otherwise each is judged once, at whatever moment.
+    /// that are *ever* called unknown, extrapolated where the demonstrations are too few to show one so rare. Otherwise
+    /// each is judged once, at whatever moment, and the rate is at least what they can show.
     pub throughout: bool,
 }
 

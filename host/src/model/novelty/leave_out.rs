@@ -8,6 +8,9 @@ use super::{GateError, GateSettings, Seen};
 /// Only rates of false alarms up to this matter when settings are compared.
 const GREATEST_RATE: f64 = 0.1;
 
+/// Share of the left out whose greatest scores show how rare greater ones are.
+const TAIL: f64 = 0.25;
+
 /// One demonstration left out.
 struct Judged {
     class: usize,
@@ -47,8 +50,9 @@ impl LeftOut {
         Ok(Self { judged, rows })
     }
 
-    pub(super) fn count(&self) -> usize {
-        self.judged.len()
+    /// The least rate of false alarms that so many can show.
+    pub(super) fn least_rate(&self) -> f64 {
+        1.0 / (self.judged.len() + 1) as f64
     }
 
     /// How well the known and the same movements with their own class taken away are told apart: the area under the
@@ -91,7 +95,8 @@ impl LeftOut {
 
     /// After each number of rows, scores such that a share `rate` of the left out exceeds any of them: all as many
     /// standard deviations above the mean of the left out's log scores (the greatest of standardised
-    /// statistics, Westfall and Young 1993). Early scores scatter the most and are allowed to.
+    /// statistics, Westfall and Young 1993). Early scores scatter the most and are allowed to. A rate below
+    /// [`LeftOut::least_rate`] is extrapolated.
     pub(super) fn thresholds_throughout(&self, tail: f64, rate: f64) -> Vec<f64> {
         let mut logs = self.courses(tail);
         // Seen exactly before, a score is zero.
@@ -114,7 +119,11 @@ impl LeftOut {
         });
         let mut greatest: Vec<f64> = greatest.collect();
         greatest.sort_by(f64::total_cmp);
-        let above = upper_quantile(&greatest, rate);
+        let above = if rate < self.least_rate() {
+            exponential_tail(&greatest, rate)
+        } else {
+            upper_quantile(&greatest, rate)
+        };
         let score = |(mean, std): &(f64, f64)| libm::exp(mean + above * std);
         moments.iter().map(score).collect()
     }
@@ -164,4 +173,15 @@ fn upper_quantile(sorted: &[f64], rate: f64) -> f64 {
     let below = libm::floor(place) as usize;
     let above = (below + 1).min(last);
     sorted[below] + (place - below as f64) * (sorted[above] - sorted[below])
+}
+
+/// The value that a new one exceeds with probability `rate`, at most [`TAIL`], if what exceeds the upper quartile does so by
+/// an exponentially distributed excess, the tail of the normal and the logistic distribution in the limit (Pickands
+/// 1975). `sorted` is not empty.
+fn exponential_tail(sorted: &[f64], rate: f64) -> f64 {
+    let threshold = upper_quantile(sorted, TAIL);
+    let excesses = sorted.iter().filter(|value| **value > threshold);
+    let excesses: Vec<f64> = excesses.map(|value| value - threshold).collect();
+    let mean = excesses.iter().sum::<f64>() / excesses.len().max(1) as f64;
+    threshold + mean * libm::log(TAIL / rate)
 }
