@@ -215,10 +215,10 @@ impl<'m> Session<'m> {
         let readings = [(at, x, sigma), (beside, y, sigma), (above, z, sigma)];
         let follower = &mut self.follower;
         let begins = follower.watch(exposed_us, position_m)?;
-        let news = follower.observe(Sensor::Hand, exposed_us, &readings, &self.config)?;
+        let news = follower.observe(Sensor::Hand, exposed_us, &readings, &self.config);
         self.watch_anew(begins);
         self.look(exposed_us, &readings)?;
-        if news {
+        if news? {
             self.decide(now_us);
         }
         Ok(())
@@ -281,9 +281,9 @@ impl<'m> Session<'m> {
             (self.dofs[HAND_STIFFNESS + axis], values[axis], sigma)
         });
         let follower = &mut self.follower;
-        let news = follower.observe(Sensor::Stiffness, describes_us, &readings, &self.config)?;
+        let news = follower.observe(Sensor::Stiffness, describes_us, &readings, &self.config);
         self.look(describes_us, &readings)?;
-        if news {
+        if news? {
             self.decide(now_us);
         }
         Ok(())

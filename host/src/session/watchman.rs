@@ -7,6 +7,10 @@ use super::follower::Reading;
 use crate::model::Model;
 use crate::model::novelty::{Gate, GateStream, StreamError};
 
+/// Longest part of a movement that may pass between two samples of a signal. The gate takes what it missed to be on the line
+/// between them; hands do not move on lines.
+const LONGEST_GAP: f64 = 0.15;
+
 /// What the novelty gate says of the movement under way.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NoveltyReport<'m> {
@@ -24,6 +28,7 @@ pub struct NoveltyReport<'m> {
 
 /// The gate's judgement of one movement. What is unknown once stays unknown until the movement ends: a score that
 /// falls again has been diluted by what looks familiar, and the robot's way until then was made of nothing known.
+/// After a gap longer than [`LONGEST_GAP`] the movement is not judged further; what was said of it stands.
 #[derive(Debug)]
 pub(super) struct Watchman<'m> {
     gate: &'m Gate,
@@ -31,6 +36,8 @@ pub(super) struct Watchman<'m> {
     /// Where each of the gate's DoFs was last seen.
     phases: Vec<Option<f64>>,
     unknown: bool,
+    /// A signal was missed for too long.
+    missed: bool,
 }
 
 impl<'m> Watchman<'m> {
@@ -56,6 +63,7 @@ impl<'m> Watchman<'m> {
             stream: gate.stream()?,
             phases: vec![None; gate.parts().dofs.len()],
             unknown: false,
+            missed: false,
         })
     }
 
@@ -64,6 +72,7 @@ impl<'m> Watchman<'m> {
         self.stream.reset();
         self.phases.fill(None);
         self.unknown = false;
+        self.missed = false;
     }
 
     /// Looks at what a sensor saw at a phase of the movement. A phase that is not after the last one tells nothing: packets overtake each other, and an estimated phase may fall.
@@ -79,6 +88,10 @@ impl<'m> Watchman<'m> {
             let last = &mut self.phases[place];
             if last.is_some_and(|last| phase <= last) {
                 continue;
+            }
+            self.missed |= phase - last.unwrap_or(0.0) > LONGEST_GAP;
+            if self.missed {
+                return Ok(());
             }
             match self.stream.observe(dof, phase, value) {
                 Ok(()) => *last = Some(phase),
