@@ -8,8 +8,8 @@ use crate::model::Model;
 use crate::model::novelty::{Gate, GateStream, StreamError};
 
 /// Longest part of a movement that may pass between two samples of a signal. The gate takes what it missed to be on the line
-/// between them; hands do not move on lines.
-const LONGEST_GAP: f64 = 0.15;
+/// between them, which a hand leaves the more, the longer nobody looks.
+const LONGEST_GAP: f64 = 0.35;
 
 /// What the novelty gate says of the movement under way.
 #[derive(Debug, Clone, Copy, PartialEq)]

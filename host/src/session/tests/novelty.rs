@@ -169,8 +169,8 @@ fn what_was_unknown_once_stays_so_until_the_next_movement() {
 #[test]
 fn what_cannot_be_seen_for_a_while_is_not_unknown() {
     for skill in [0, 1] {
-        // From a phase on, a tenth or a third of the movement.
-        for (from, lasts) in (0..8).flat_map(|n| [(n + 1, 0.1), (n, 0.33)]) {
+        // From a phase on, a tenth, a third or half of the movement.
+        for (from, lasts) in (1..9).flat_map(|n| [(n, 0.1), (n, 0.33), (n, 0.5)]) {
             let from = 0.1 * f64::from(from);
             let hidden = from..from + lasts;
             let away = |s: f64| hidden.contains(&s);
