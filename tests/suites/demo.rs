@@ -187,6 +187,19 @@ fn the_run_ends_when_it_is_told_to() {
         !states[1..].iter().any(|s| matches!(s, State::Disarmed(_))),
         "{states:?}"
     );
+    // Nobody announces anything: the same action, followed all the same.
+    let inferred = DemoConfig {
+        inferred: true,
+        seconds: Some(4.0),
+        ..config
+    };
+    let mut followed = false;
+    let report = perform(&inferred, &library, |snapshot| {
+        followed |= snapshot.action.is_some() && snapshot.novelty.is_some();
+        ControlFlow::Continue(())
+    })
+    .unwrap();
+    assert!(followed && report.total + report.outside.len() == 1);
     let mut looks = 0;
     let broken = perform(&config, &library, |_| {
         looks += 1;

@@ -18,8 +18,8 @@ Keys of the JSON: seed, actions[] (performed, recognised, posterior, seconds_to_
 recognised_without_semg, unknown, nearest, distance), correct, total, false_alarms, outside[] (performed,
 named_unknown, seconds_to_unknown, nearest, distance, held, moved_m: what is in no demonstration),
 accuracy_without_semg (the three lifts), stiffness_nrmse, robot_rmse_m, packets (sent, lost, corrupt), latency_ms
-(p50, p99). Start and duration of each movement are known to the
-recogniser; latency is virtual time from the newest scan to the command.";
+(p50, p99). Start and duration of each movement are announced to the recogniser unless --inferred; latency is
+virtual time from the newest scan to the command.";
 
 /// Watch the whole chain work on simulated people: learn, recognise, follow.
 #[derive(clap::Args, Default, PartialEq)]
@@ -34,6 +34,9 @@ pub(crate) struct DemoArgs {
     /// Everything random follows from it [default: 1].
     #[arg(long, value_name = "S")]
     seed: Option<u64>,
+    /// Infer when each movement begins and how long it takes, instead of announcing both.
+    #[arg(long)]
+    inferred: bool,
 }
 
 impl DemoArgs {
@@ -45,6 +48,7 @@ impl DemoArgs {
         let config = DemoConfig {
             seed: self.seed.unwrap_or(default.seed),
             seconds: self.seconds,
+            inferred: self.inferred,
             ..default
         };
         let live = !self.headless && !json && stdin().is_terminal() && stdout().is_terminal();
@@ -69,7 +73,7 @@ impl DemoArgs {
         if json {
             say(&format!("{}\n", serde_json::to_string_pretty(&report)?))
         } else {
-            say(&text(&report))
+            say(&text(&report, config.inferred))
         }
     }
 }
@@ -101,10 +105,11 @@ fn outside(out: &mut String, report: &Report) {
 }
 
 /// The report for people.
-fn text(report: &Report) -> String {
+fn text(report: &Report, inferred: bool) -> String {
     use std::fmt::Write as _;
-    let mut out = String::from(
-        "Simulated wearer, recognised while moving (start and duration of each movement known):\n\n  \
+    let told = if inferred { "inferred" } else { "known" };
+    let mut out = format!(
+        "Simulated wearer, recognised while moving (start and duration of each movement {told}):\n\n  \
          performed      recognised     posterior  decided after  positions alone\n",
     );
     for action in &report.actions {

@@ -23,11 +23,12 @@ use crate::demonstration::{Demonstration, DemonstrationError};
 use crate::link::simulated::LinkConditions;
 use crate::model::novelty::{Gate, GateConfig, GateError};
 use crate::model::recognise::{RecogniseError, Recogniser};
+use crate::model::tempo::{TempoConfig, TempoRecogniser};
 use crate::model::{Dof, Hyperparameters, HyperparametersError, LearnError, Model, learn};
 use crate::robot::gate::State;
 use crate::robot::limits::{ConfigError, Fallback, Setpoint};
 use crate::robot::simulated::MassError;
-use crate::session::{DOFS, NoveltyReport, SessionConfig, SessionError};
+use crate::session::{DOFS, NoveltyReport, Session, SessionConfig, SessionError};
 use crate::simulate::demonstrations;
 use crate::simulate::rig::{Rig, RigConfig, RigError};
 use crate::simulate::scripted::HOME_M;
@@ -40,6 +41,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 use stage::Stage;
 use std::ops::ControlFlow;
+use tonus_shared::onset::OnsetConfig;
 use tonus_shared::promp::{Basis, BasisError};
 use tonus_shared::wire::Stream;
 
@@ -51,6 +53,8 @@ const RUNS_PER_SKILL: usize = 4;
 const OUTSIDE: [Skill; 3] = [Skill::Wave, Skill::Place, Skill::Wave];
 /// Targets of the hand-over in the run, across the reach that was demonstrated: shoulder frame y, metres.
 const TARGETS_M: [f64; 2] = [0.10, 0.30];
+/// Where the duration is inferred, each sensor is observed so often, microseconds: ten times in two seconds.
+const INTERVAL_US: u64 = 200_000;
 /// Basis functions of each DoF: the fastest thing in two seconds takes about a fifth of one.
 const BASIS_FUNCTIONS: usize = 20;
 /// Share of known movements that may be held as unknown at any time: more than is seen among so few demonstrations, since
@@ -75,6 +79,8 @@ pub struct DemoConfig {
     pub seconds: Option<f64>,
     /// Share of packets that each link loses.
     pub loss: f64,
+    /// Whether start and duration of each movement are inferred; otherwise they are announced, which is an oracle.
+    pub inferred: bool,
 }
 
 impl Default for DemoConfig {
@@ -83,6 +89,7 @@ impl Default for DemoConfig {
             seed: 1,
             seconds: None,
             loss: 0.05,
+            inferred: false,
         }
     }
 }
@@ -333,9 +340,18 @@ pub fn perform(
     let mut rig = Rig::new(&tasks, &rig_config(config, config.seed ^ RUN_SEED))?;
     let end_us = rig.spans().last().map_or(0, |span| span.end_us);
     let view = library.model.view().map_err(RecogniseError::from)?;
-    let recogniser = || Recogniser::new(&library.model, &view);
-    let recognisers = [recogniser()?, recogniser()?];
-    let mut stage = Stage::new(recognisers, &library.gate, rig.spans().to_vec())?;
+    let model = &library.model;
+    let session = |use_semg| -> Result<Session<'_>, DemoError> {
+        let told = session_config(use_semg);
+        Ok(if config.inferred {
+            let bank = TempoRecogniser::new(model, &view, TempoConfig::default())?;
+            Session::inferring(bank, &OnsetConfig::default(), INTERVAL_US, told)?
+        } else {
+            Session::new(Recogniser::new(model, &view)?, told)?
+        })
+    };
+    let sessions = [session(true)?.watching(&library.gate)?, session(false)?];
+    let mut stage = Stage::new(sessions, model.labels(), rig.spans().to_vec())?;
     while let Some(step) = rig.step()? {
         stage.live(&step)?;
         let (up, down) = rig.counters();

@@ -4,15 +4,12 @@ use super::outside::{Held, OutsideScore};
 use super::score::{ActionScore, Following, quantile};
 use super::{
     DemoError, INERTIA_KG, Latency, OUTSIDE, PAYLOAD_KG, PERIOD_S, Packets, Report, Snapshot,
-    session_config,
 };
-use crate::model::novelty;
-use crate::model::recognise::Recogniser;
 use crate::robot::command::Command;
 use crate::robot::gate::{Cause, Gate, State};
 use crate::robot::limits::{Fallback, Limits};
 use crate::robot::simulated::SimulatedRobot;
-use crate::session::{Event, Session};
+use crate::session::{Decision, Event, NoveltyReport, Session};
 use crate::simulate::rig::Step;
 use crate::simulate::scripted::{self, HOME_M};
 use crate::simulate::skills::Skill;
@@ -22,11 +19,32 @@ use std::collections::VecDeque;
 /// Phase of a lift at which the robot has the object in its hand.
 const GRASPED: f64 = 0.5;
 
+/// What a session says of a movement.
+struct Seen<'m> {
+    posterior: Vec<f64>,
+    decision: Option<Decision>,
+    novelty: Option<NoveltyReport<'m>>,
+    unknown: bool,
+}
+
+impl<'m> Seen<'m> {
+    fn of(session: &Session<'m>) -> Self {
+        Self {
+            posterior: session.posterior(),
+            decision: session.decision(),
+            novelty: session.novelty(),
+            unknown: session.unknown(),
+        }
+    }
+}
+
 /// Everything on the host's side of the links, and the scores.
 pub(super) struct Stage<'m> {
     session: Session<'m>,
     /// The same session without stiffness, for comparison; it commands nothing.
     positions_only: Session<'m>,
+    /// What the two sessions said of the action under way when they last said anything.
+    seen: [Option<Seen<'m>>; 2],
     labels: Vec<String>,
     gate: Gate,
     robot: SimulatedRobot,
@@ -48,17 +66,16 @@ pub(super) struct Stage<'m> {
 
 impl<'m> Stage<'m> {
     pub(super) fn new(
-        [recogniser, positions_only]: [Recogniser<'m>; 2],
-        gate: &'m novelty::Gate,
+        [session, positions_only]: [Session<'m>; 2],
+        labels: &[String],
         spans: Vec<Span>,
     ) -> Result<Self, DemoError> {
-        let labels = recogniser.model().labels().to_vec();
-        let session = Session::new(recogniser, session_config(true))?.watching(gate)?;
         Ok(Self {
             posterior: session.posterior(),
             session,
-            positions_only: Session::new(positions_only, session_config(false))?,
-            labels,
+            positions_only,
+            labels: labels.to_vec(),
+            seen: [None, None],
             gate: Gate::new(Limits::default(), Fallback::default(), HOME_M)?,
             robot: SimulatedRobot::new(INERTIA_KG, HOME_M)?,
             ahead: spans.into(),
@@ -98,6 +115,14 @@ impl<'m> Stage<'m> {
                 Err(_refused) => self.packets.corrupt += 1,
             }
         }
+        for (session, seen) in [&self.session, &self.positions_only]
+            .into_iter()
+            .zip(&mut self.seen)
+        {
+            if self.under_way && session.under_way() {
+                *seen = Some(Seen::of(session));
+            }
+        }
         self.move_robot(now_us)
     }
 
@@ -120,6 +145,7 @@ impl<'m> Stage<'m> {
         };
         if !self.under_way && now_us >= span.start_us {
             self.under_way = true;
+            self.seen = [None, None];
             let began = Event::Began {
                 at_us: span.start_us,
                 duration_us: span.end_us - span.start_us,
@@ -144,15 +170,20 @@ impl<'m> Stage<'m> {
     }
 
     fn score(&mut self, performed: Skill) {
-        let novelty = self.session.novelty();
+        // A session that follows nothing tells the skills apart as it did before.
+        let seen = self.seen[0].take();
+        let seen = seen.unwrap_or_else(|| Seen::of(&self.session));
+        let novelty = seen.novelty;
         if let Some(held) = self.held.take() {
             self.outside.push(held.score(performed.label(), novelty));
             return;
         }
-        let (best, posterior) = most_likely(&self.session.posterior());
-        let (without_semg, _) = most_likely(&self.positions_only.posterior());
+        let positions = self.seen[1].take();
+        let positions = positions.unwrap_or_else(|| Seen::of(&self.positions_only));
+        let (best, posterior) = most_likely(&seen.posterior);
+        let (without_semg, _) = most_likely(&positions.posterior);
         let label = |skill: usize| self.labels.get(skill).cloned().unwrap_or_default();
-        let decision = self.session.decision();
+        let decision = seen.decision;
         let score = ActionScore {
             performed: performed.label().to_owned(),
             recognised: label(best),
@@ -160,7 +191,7 @@ impl<'m> Stage<'m> {
             seconds_to_decision: decision.map(|decision| decision.after_s),
             decided: decision.map(|decision| label(decision.skill)),
             recognised_without_semg: label(without_semg),
-            unknown: self.session.unknown(),
+            unknown: seen.unknown,
             nearest: novelty.map(|novelty| novelty.nearest.to_owned()),
             distance: novelty.map(|novelty| novelty.distance),
         };
