@@ -94,7 +94,7 @@ mod tests {
         };
         let good = run(160_000, true);
         assert!(good.named_unknown && good.held);
-        assert_eq!(good.seconds_to_unknown, Some(0.1));
+        assert!((good.seconds_to_unknown.unwrap() - 0.1).abs() < 1e-12);
         assert!((good.moved_m - 0.16).abs() < 1e-12);
         let late = run(170_000, true);
         assert!(late.named_unknown && !late.held);
