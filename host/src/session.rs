@@ -8,20 +8,34 @@
 //!
 //! A movement's start and duration are announced by [`Event::Began`], an oracle (a cue, a foot switch), or inferred
 //! ([`Session::inferring`]): motion of the hand begins it, and a bank of hypotheses follows it.
+//!
+//! A session may be given a novelty gate ([`Session::watching`]). A movement that the gate finds in no skill of the library
+//! is unknown until it ends: nothing is decided on, and every command says so ([`Quality::Novel`]), on which the robot
+//! holds.
 
+mod config;
+mod error;
+mod event;
 mod follower;
 mod movement;
+mod watchman;
 
+pub use config::SessionConfig;
+pub use error::SessionError;
+pub use event::Event;
 pub use movement::Decision;
+pub use watchman::NoveltyReport;
 
-use crate::model::recognise::{Prediction, RecogniseError, Recogniser};
+use crate::model::novelty::{Gate, StreamError};
+use crate::model::recognise::{Prediction, Recogniser};
 use crate::model::tempo::TempoRecogniser;
 use crate::robot::command::{Command, Quality};
 use crate::robot::gate;
-use follower::{Follower, Inferred, Sensor};
-use tonus_shared::onset::{OnsetConfig, OnsetDetector, OnsetError};
+use follower::{Follower, Inferred, Reading, Sensor};
+use tonus_shared::onset::{OnsetConfig, OnsetDetector};
 use tonus_shared::semg::quality::Quality as ChannelQuality;
 use tonus_shared::wire::{Frame, Packet, SequenceCounts, SequenceTracker, Stream, StreamFlags};
+use watchman::Watchman;
 
 /// Degrees of freedom that the session observes (human) and commands (robot): metres and N/m.
 pub const DOFS: [&str; 12] = [
@@ -37,80 +51,12 @@ const ROBOT_STIFFNESS: usize = 9;
 /// A command is void this long after the newest scan behind it, microseconds.
 const COMMAND_LIFE_US: u64 = gate::HOLD_AGE_US;
 
-/// How the session observes, decides and commands.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SessionConfig {
-    /// Observations of each sensor in one movement, one in each of so many equal parts. More is not better: what
-    /// a sensor gets wrong at one instant it gets wrong a hundredth of a second later.
-    pub observations: u32,
-    /// Standard deviation of the tracker's white error, metres.
-    pub position_sigma_m: f64,
-    /// Standard deviation of a stiffness estimate as a share of it.
-    pub stiffness_sigma: f64,
-    /// Whether stiffness is observed at all.
-    pub use_semg: bool,
-    /// Posterior probability at which a skill counts as decided on.
-    pub decide_at: f64,
-    /// Observations of each sensor before anything is decided.
-    pub decide_after: u32,
-    /// The robot holds while the standard deviation of where it should be, between and within the skills,
-    /// exceeds this on any axis, metres.
-    pub act_within_m: f64,
-    /// Where the robot waits, its base frame, metres.
-    pub home_m: [f64; 3],
-    /// How stiff it is while it waits, N/m.
-    pub home_stiffness_n_per_m: [f64; 3],
-    /// Damping ratio of every command.
-    pub damping_ratio: f64,
-}
-
-/// Why a session cannot be had from a model.
-#[derive(Debug, thiserror::Error)]
-pub enum SessionError {
-    /// A column is missing.
-    #[error("the model has no degree of freedom `{name}`; it has {}", present.join(", "))]
-    MissingDof {
-        /// Name of [`DOFS`].
-        name: &'static str,
-        /// What the model has.
-        present: Vec<String>,
-    },
-    /// The model refused an observation or a question.
-    #[error(transparent)]
-    Recognise(#[from] RecogniseError),
-    /// The onset detector refused its configuration or a position.
-    #[error(transparent)]
-    Onset(#[from] OnsetError),
-}
-
-/// Everything that can happen to a session.
-#[derive(Debug, Clone, Copy)]
-pub enum Event<'a> {
-    /// A frame of the wearable came through.
-    Frame(&'a Frame),
-    /// The tracker saw the hand at this place (shoulder frame, metres) at this time.
-    Hand {
-        /// When the picture was taken, microseconds.
-        exposed_us: u64,
-        /// Position, metres.
-        position_m: [f64; 3],
-    },
-    /// A movement begins; a session that infers it does not listen.
-    Began {
-        /// When, microseconds.
-        at_us: u64,
-        /// How long it will take, microseconds; not zero.
-        duration_us: u64,
-    },
-    /// The movement is over, the robot goes home.
-    Ended,
-}
-
 /// One wearer, one model, one robot.
 #[derive(Debug)]
 pub struct Session<'m> {
     config: SessionConfig,
     follower: Follower<'m>,
+    watchman: Option<Watchman<'m>>,
     dofs: [usize; DOFS.len()],
     frames: SequenceTracker,
     newest: Option<Stream>,
@@ -159,6 +105,7 @@ impl<'m> Session<'m> {
         Ok(Self {
             config,
             follower,
+            watchman: None,
             dofs,
             frames: SequenceTracker::new(),
             newest: None,
@@ -166,10 +113,28 @@ impl<'m> Session<'m> {
         })
     }
 
+    /// The same session, which holds the robot while a movement is none of the library's. The gate looks at every sample of
+    /// the hand, and of its stiffness where [`SessionConfig::use_semg`], not only at those observed.
+    ///
+    /// # Errors
+    /// [`SessionError::ForeignGate`] for a gate of another model, [`SessionError::Unobserved`] for one that needs what
+    /// the session does not see.
+    pub fn watching(mut self, gate: &'m Gate) -> Result<Self, SessionError> {
+        let observed = if self.config.use_semg {
+            ROBOT
+        } else {
+            HAND_STIFFNESS
+        };
+        let model = self.follower.model();
+        self.watchman = Some(Watchman::new(gate, model, &DOFS[..observed])?);
+        Ok(self)
+    }
+
     /// Takes what happened at `now_us`; a fresh stream packet gives a command.
     ///
     /// # Errors
-    /// [`SessionError::Recognise`] when the model refuses a number; the session goes on without it.
+    /// [`SessionError::Recognise`] or [`SessionError::Novelty`] when model or gate refuse a number; the session goes on
+    /// without it.
     pub fn handle(
         &mut self,
         event: Event<'_>,
@@ -177,7 +142,8 @@ impl<'m> Session<'m> {
     ) -> Result<Option<Command>, SessionError> {
         match event {
             Event::Began { at_us, duration_us } => {
-                self.follower.began(at_us, duration_us);
+                let begins = self.follower.began(at_us, duration_us);
+                self.watch_anew(begins);
                 Ok(None)
             }
             Event::Ended => {
@@ -204,7 +170,22 @@ impl<'m> Session<'m> {
         self.follower.movement().is_some()
     }
 
-    /// The decision of the movement under way, if there was one.
+    /// What the novelty gate says of the movement under way; `None` at rest, without a gate, and before it has seen its
+    /// first instant.
+    #[must_use]
+    pub fn novelty(&self) -> Option<NoveltyReport<'m>> {
+        self.follower.movement()?;
+        self.watchman.as_ref()?.report()
+    }
+
+    /// Whether the movement under way is none of the library's.
+    #[must_use]
+    pub fn unknown(&self) -> bool {
+        let judged = self.watchman.as_ref().is_some_and(Watchman::unknown);
+        judged && self.under_way()
+    }
+
+    /// The decision of the movement under way, if there was one; one that becomes unknown has none.
     #[must_use]
     pub fn decision(&self) -> Option<Decision> {
         self.follower.movement()?.decision
@@ -233,11 +214,32 @@ impl<'m> Session<'m> {
         let [at, beside, above] = [0, 1, 2].map(|axis: usize| self.dofs[HAND + axis]);
         let readings = [(at, x, sigma), (beside, y, sigma), (above, z, sigma)];
         let follower = &mut self.follower;
-        follower.watch(exposed_us, position_m)?;
-        if follower.observe(Sensor::Hand, exposed_us, &readings, &self.config)? {
+        let begins = follower.watch(exposed_us, position_m)?;
+        let news = follower.observe(Sensor::Hand, exposed_us, &readings, &self.config);
+        self.watch_anew(begins);
+        self.look(exposed_us, &readings)?;
+        if news? {
             self.decide(now_us);
         }
         Ok(())
+    }
+
+    fn watch_anew(&mut self, begins: bool) {
+        if let Some(watchman) = self.watchman.as_mut().filter(|_| begins) {
+            watchman.reset();
+        }
+    }
+
+    /// Shows the novelty gate what a sensor saw. Of what becomes unknown nothing stays decided.
+    fn look(&mut self, at_us: u64, readings: &[Reading; 3]) -> Result<(), StreamError> {
+        let (Some(watchman), Some(phase)) = (&mut self.watchman, self.follower.phase(at_us)) else {
+            return Ok(());
+        };
+        let looked = watchman.look(phase, readings);
+        if let Some(movement) = self.follower.movement_mut().filter(|_| watchman.unknown()) {
+            movement.decision = None;
+        }
+        looked
     }
 
     fn frame(&mut self, frame: &Frame, now_us: u64) -> Result<Option<Command>, SessionError> {
@@ -279,7 +281,9 @@ impl<'m> Session<'m> {
             (self.dofs[HAND_STIFFNESS + axis], values[axis], sigma)
         });
         let follower = &mut self.follower;
-        if follower.observe(Sensor::Stiffness, describes_us, &readings, &self.config)? {
+        let news = follower.observe(Sensor::Stiffness, describes_us, &readings, &self.config);
+        self.look(describes_us, &readings)?;
+        if news? {
             self.decide(now_us);
         }
         Ok(())
@@ -301,6 +305,9 @@ impl<'m> Session<'m> {
     }
 
     fn decide(&mut self, now_us: u64) {
+        if self.unknown() {
+            return;
+        }
         let posterior = self.posterior();
         let Some(movement) = self.follower.movement_mut() else {
             return;
@@ -355,6 +362,9 @@ impl<'m> Session<'m> {
             let uncertain = (robot.iter()).any(|(place, _)| place.std > self.config.act_within_m);
             if uncertain {
                 command.quality = command.quality.max(Quality::Undecided);
+            }
+            if self.unknown() {
+                command.quality = command.quality.max(Quality::Novel);
             }
             for (axis, (place, firmness)) in robot.into_iter().enumerate() {
                 command.position_m[axis] = place.mean;

@@ -134,14 +134,21 @@ fn posterior(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot<'_>) {
                 .value(share)
                 .text_value(format!("{share} %"))
         });
-    chart(
-        frame,
-        area,
-        " what is it? posterior ",
-        bars.collect(),
-        100,
-        Color::Rgb(0, 0x9e, 0x73),
-    );
+    let unknown = snapshot.novelty.filter(|novelty| novelty.unknown);
+    let (title, color) = match unknown {
+        Some(novelty) => (
+            format!(
+                " not in the library; nearest: {} ({:.1} sd) ",
+                novelty.nearest, novelty.distance
+            ),
+            Color::DarkGray,
+        ),
+        None => (
+            " what is it? posterior ".to_owned(),
+            Color::Rgb(0, 0x9e, 0x73),
+        ),
+    };
+    chart(frame, area, &title, bars.collect(), 100, color);
 }
 
 fn stiffness(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot<'_>) {
@@ -175,7 +182,7 @@ fn stiffness(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot<'_>) {
 fn chart(
     frame: &mut Frame<'_>,
     area: Rect,
-    title: &'static str,
+    title: &str,
     bars: Vec<Bar<'_>>,
     full: u64,
     color: Color,
@@ -235,10 +242,15 @@ fn footer(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot<'_>) {
     let last = snapshot.scores.last().map_or(String::new(), |score| {
         format!("; last: {} taken for {}", score.performed, score.recognised)
     });
+    let named = (snapshot.outside.iter())
+        .filter(|a| a.named_unknown)
+        .count();
+    let false_alarms = snapshot.scores.iter().filter(|a| a.unknown).count();
     let lines = vec![
         Line::from(format!(
-            "recognised {right} of {}{last}",
-            snapshot.scores.len()
+            "recognised {right} of {}{last}; unknown named {named} of {}, {false_alarms} false alarms",
+            snapshot.scores.len(),
+            snapshot.outside.len()
         )),
         Line::from(format!(
             "robot {gate}   packets {} sent, {} lost, {} corrupt   q quits",

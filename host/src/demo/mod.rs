@@ -8,20 +8,27 @@
 //!
 //! Demonstrations and run are two sittings of one kind of person, each with its own electrodes, tracker and
 //! links, and pass through the same code. The person's truth is used for scoring alone.
+//!
+//! Now and then the person does something that no demonstration shows. The novelty gate, learnt from the
+//! demonstrations alone, is to say so, and the robot to hold.
 
+mod outside;
 mod score;
 mod stage;
 
+pub use outside::OutsideScore;
 pub use score::ActionScore;
 
 use crate::demonstration::{Demonstration, DemonstrationError};
 use crate::link::simulated::LinkConditions;
+use crate::model::novelty::{Gate, GateConfig, GateError};
 use crate::model::recognise::{RecogniseError, Recogniser};
+use crate::model::tempo::{TempoConfig, TempoRecogniser};
 use crate::model::{Dof, Hyperparameters, HyperparametersError, LearnError, Model, learn};
 use crate::robot::gate::State;
 use crate::robot::limits::{ConfigError, Fallback, Setpoint};
 use crate::robot::simulated::MassError;
-use crate::session::{DOFS, SessionConfig, SessionError};
+use crate::session::{DOFS, NoveltyReport, Session, SessionConfig, SessionError};
 use crate::simulate::demonstrations;
 use crate::simulate::rig::{Rig, RigConfig, RigError};
 use crate::simulate::scripted::HOME_M;
@@ -34,6 +41,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 use stage::Stage;
 use std::ops::ControlFlow;
+use tonus_shared::onset::OnsetConfig;
 use tonus_shared::promp::{Basis, BasisError};
 use tonus_shared::wire::Stream;
 
@@ -41,18 +49,26 @@ use tonus_shared::wire::Stream;
 const DEMONSTRATIONS_PER_SKILL: usize = 15;
 /// Executions of each skill in the run.
 const RUNS_PER_SKILL: usize = 4;
+/// What the person does in the run besides: in no demonstration.
+const OUTSIDE: [Skill; 3] = [Skill::Wave, Skill::Place, Skill::Wave];
 /// Targets of the hand-over in the run, across the reach that was demonstrated: shoulder frame y, metres.
 const TARGETS_M: [f64; 2] = [0.10, 0.30];
+/// Where the duration is inferred, each sensor is observed so often, microseconds: ten times in two seconds.
+const INTERVAL_US: u64 = 200_000;
 /// Basis functions of each DoF: the fastest thing in two seconds takes about a fifth of one.
 const BASIS_FUNCTIONS: usize = 20;
+/// Share of known movements that may be held as unknown at any time: more than is seen among so few demonstrations, since
+/// the robot is held until the movement ends.
+const FALSE_ALARM_RATE: f64 = 0.005;
 /// Apparent inertia of the simulated robot's hand, kg.
 const INERTIA_KG: [f64; 3] = [2.0; 3];
 /// What the robot carries in a lift, kg.
 const PAYLOAD_KG: f64 = 0.5;
 /// The gate's control period, seconds.
 const PERIOD_S: f64 = 1e-3;
-/// Keeps the seeds of learning and run apart.
+/// Keeps the seeds of learning and run apart, and the known actions of the run as they are without others between them.
 const RUN_SEED: u64 = 0x7275_6e00;
+const OUTSIDE_SEED: u64 = 0x6f75_7400;
 
 /// What the demo is to do.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -63,6 +79,8 @@ pub struct DemoConfig {
     pub seconds: Option<f64>,
     /// Share of packets that each link loses.
     pub loss: f64,
+    /// Whether start and duration of each movement are inferred; otherwise they are announced, which is an oracle.
+    pub inferred: bool,
 }
 
 impl Default for DemoConfig {
@@ -71,6 +89,7 @@ impl Default for DemoConfig {
             seed: 1,
             seconds: None,
             loss: 0.05,
+            inferred: false,
         }
     }
 }
@@ -99,7 +118,10 @@ pub enum DemoError {
     /// The live loop.
     #[error(transparent)]
     Session(#[from] SessionError),
-    /// The gate's limits.
+    /// The novelty gate.
+    #[error(transparent)]
+    Novelty(#[from] GateError),
+    /// The robot gate's limits.
     #[error(transparent)]
     Gate(#[from] ConfigError),
     /// The simulated robot.
@@ -138,6 +160,10 @@ pub struct Report {
     pub correct: usize,
     /// Actions.
     pub total: usize,
+    /// Of these, named unknown although demonstrations show them.
+    pub false_alarms: usize,
+    /// Every other action that was performed to its end: in no demonstration, and in none of the counts above.
+    pub outside: Vec<OutsideScore>,
     /// Share of the three lifts recognised at their end from positions alone; none if none was performed.
     pub accuracy_without_semg: Option<f64>,
     /// Error of the stiffness that the robot was set to, over its true range, while people moved.
@@ -163,6 +189,8 @@ pub struct Snapshot<'a> {
     pub labels: &'a [String],
     /// Probability of each skill.
     pub posterior: &'a [f64],
+    /// What the novelty gate says of the movement under way.
+    pub novelty: Option<NoveltyReport<'a>>,
     /// The newest stream packet.
     pub stream: Option<&'a Stream>,
     /// Where the hand was last seen, shoulder frame, metres.
@@ -171,12 +199,23 @@ pub struct Snapshot<'a> {
     pub setpoint: Setpoint,
     /// Where the robot is, base frame, metres.
     pub robot_m: [f64; 3],
-    /// The gate's state.
+    /// The robot gate's state.
     pub gate: State,
     /// Packets so far.
     pub packets: Packets,
     /// Actions performed so far.
     pub scores: &'a [ActionScore],
+    /// Those that are in no demonstration.
+    pub outside: &'a [OutsideScore],
+}
+
+/// What the demo learns before it performs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Library {
+    /// The skills.
+    pub model: Model,
+    /// Says what is none of them.
+    pub gate: Gate,
 }
 
 /// The links of the demo: one connection interval of delay, up to one more of jitter.
@@ -213,7 +252,7 @@ fn session_config(use_semg: bool) -> SessionConfig {
 }
 
 /// What the person does in the run: every skill equally often, shuffled; hand-overs to targets that no
-/// demonstration had.
+/// demonstration had. Anywhere among them [`OUTSIDE`].
 fn shuffled_run(seed: u64) -> Vec<Action> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed ^ RUN_SEED);
     let mut skills: Vec<Skill> = (0..RUNS_PER_SKILL).flat_map(|_| Skill::ALL).collect();
@@ -226,7 +265,13 @@ fn shuffled_run(seed: u64) -> Vec<Action> {
         }
         lift => Action::sample(lift, &mut rng),
     };
-    skills.into_iter().map(perform).collect()
+    let mut run: Vec<Action> = skills.into_iter().map(perform).collect();
+    let mut rng = ChaCha8Rng::seed_from_u64(seed ^ OUTSIDE_SEED);
+    for skill in OUTSIDE {
+        let place = rng.random_range(0..=run.len());
+        run.insert(place, Action::sample(skill, &mut rng));
+    }
+    run
 }
 
 /// A recorded instant in the order of [`DOFS`].
@@ -238,11 +283,11 @@ fn values(row: &demonstrations::Row) -> [f64; DOFS.len()] {
     [hx, hy, hz, hkx, hky, hkz, rx, ry, rz, rkx, rky, rkz]
 }
 
-/// Learns the demo's skills from demonstrations recorded through the whole chain.
+/// Learns the demo's skills, and the gate on what is none of them, from demonstrations recorded through the whole chain.
 ///
 /// # Errors
 /// [`DemoError`] says which part failed.
-pub fn learn_skills(config: &DemoConfig) -> Result<Model, DemoError> {
+pub fn learn_skills(config: &DemoConfig) -> Result<Library, DemoError> {
     let mut rng = ChaCha8Rng::seed_from_u64(config.seed);
     let actions: Vec<Action> = (0..DEMONSTRATIONS_PER_SKILL)
         .flat_map(|_| Skill::ALL)
@@ -265,25 +310,48 @@ pub fn learn_skills(config: &DemoConfig) -> Result<Model, DemoError> {
         }
     });
     let valid = Hyperparameters::new(dofs.collect(), Basis::gaussian(BASIS_FUNCTIONS)?).check()?;
-    Ok(learn(&named, &valid)?)
+    // The person's signals; those of the robot are inferred.
+    let seen = DOFS
+        .iter()
+        .filter(|name| name.starts_with("human_"))
+        .count();
+    let watched = GateConfig {
+        throughout: true,
+        false_alarm_rate: FALSE_ALARM_RATE,
+        ..GateConfig::of(seen)
+    };
+    Ok(Library {
+        gate: Gate::learn(&named, &valid, &watched)?,
+        model: learn(&named, &valid)?,
+    })
 }
 
-/// Performs the shuffled run with `model`, showing `watch` every 20 ms of it; `watch` may end it early.
+/// Performs the shuffled run with what was learnt, showing `watch` every 20 ms of it; `watch` may end it early.
 ///
 /// # Errors
 /// [`DemoError`] says which part failed.
 pub fn perform(
     config: &DemoConfig,
-    model: &Model,
+    library: &Library,
     mut watch: impl FnMut(&Snapshot<'_>) -> ControlFlow<()>,
 ) -> Result<Report, DemoError> {
     let actions = shuffled_run(config.seed);
     let tasks: Vec<Task> = actions.into_iter().map(Task::Perform).collect();
     let mut rig = Rig::new(&tasks, &rig_config(config, config.seed ^ RUN_SEED))?;
     let end_us = rig.spans().last().map_or(0, |span| span.end_us);
-    let view = model.view().map_err(RecogniseError::from)?;
-    let recogniser = || Recogniser::new(model, &view);
-    let mut stage = Stage::new([recogniser()?, recogniser()?], rig.spans().to_vec())?;
+    let view = library.model.view().map_err(RecogniseError::from)?;
+    let model = &library.model;
+    let session = |use_semg| -> Result<Session<'_>, DemoError> {
+        let told = session_config(use_semg);
+        Ok(if config.inferred {
+            let bank = TempoRecogniser::new(model, &view, TempoConfig::default())?;
+            Session::inferring(bank, &OnsetConfig::default(), INTERVAL_US, told)?
+        } else {
+            Session::new(Recogniser::new(model, &view)?, told)?
+        })
+    };
+    let sessions = [session(true)?.watching(&library.gate)?, session(false)?];
+    let mut stage = Stage::new(sessions, model.labels(), rig.spans().to_vec())?;
     while let Some(step) = rig.step()? {
         stage.live(&step)?;
         let (up, down) = rig.counters();

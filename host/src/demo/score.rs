@@ -17,6 +17,12 @@ pub struct ActionScore {
     pub decided: Option<String>,
     /// Label with the highest posterior at the end, from positions alone.
     pub recognised_without_semg: String,
+    /// Whether the novelty gate named it unknown, a false alarm: nothing was decided on then, and the robot held.
+    pub unknown: bool,
+    /// Class of the demonstration that the gate found nearest in the end; none if it saw nothing.
+    pub nearest: Option<String>,
+    /// Distance from that, in standard deviations of one performance from another.
+    pub distance: Option<f64>,
 }
 
 /// Sums of squares of one quantity.

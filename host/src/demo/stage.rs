@@ -1,15 +1,15 @@
 //! The run itself: one millisecond after the other, sessions, gate and robot on what reaches the host.
 
+use super::outside::{Held, OutsideScore};
 use super::score::{ActionScore, Following, quantile};
 use super::{
-    DemoError, INERTIA_KG, Latency, PAYLOAD_KG, PERIOD_S, Packets, Report, Snapshot, session_config,
+    DemoError, INERTIA_KG, Latency, OUTSIDE, PAYLOAD_KG, PERIOD_S, Packets, Report, Snapshot,
 };
-use crate::model::recognise::Recogniser;
 use crate::robot::command::Command;
 use crate::robot::gate::{Cause, Gate, State};
 use crate::robot::limits::{Fallback, Limits};
 use crate::robot::simulated::SimulatedRobot;
-use crate::session::{Event, Session};
+use crate::session::{Decision, Event, NoveltyReport, Session};
 use crate::simulate::rig::Step;
 use crate::simulate::scripted::{self, HOME_M};
 use crate::simulate::skills::Skill;
@@ -19,11 +19,32 @@ use std::collections::VecDeque;
 /// Phase of a lift at which the robot has the object in its hand.
 const GRASPED: f64 = 0.5;
 
+/// What a session says of a movement.
+struct Seen<'m> {
+    posterior: Vec<f64>,
+    decision: Option<Decision>,
+    novelty: Option<NoveltyReport<'m>>,
+    unknown: bool,
+}
+
+impl<'m> Seen<'m> {
+    fn of(session: &Session<'m>) -> Self {
+        Self {
+            posterior: session.posterior(),
+            decision: session.decision(),
+            novelty: session.novelty(),
+            unknown: session.unknown(),
+        }
+    }
+}
+
 /// Everything on the host's side of the links, and the scores.
 pub(super) struct Stage<'m> {
     session: Session<'m>,
     /// The same session without stiffness, for comparison; it commands nothing.
     positions_only: Session<'m>,
+    /// What the two sessions said of the action under way when they last said anything.
+    seen: [Option<Seen<'m>>; 2],
     labels: Vec<String>,
     gate: Gate,
     robot: SimulatedRobot,
@@ -34,6 +55,9 @@ pub(super) struct Stage<'m> {
     pub(super) packets: Packets,
     latencies_ms: Vec<f64>,
     scores: Vec<ActionScore>,
+    /// The robot through the action under way, if that is in no demonstration.
+    held: Option<Held>,
+    outside: Vec<OutsideScore>,
     /// How many scored actions were lifts, and how many of these positions alone recognised.
     lifts: [usize; 2],
     posterior: Vec<f64>,
@@ -42,16 +66,16 @@ pub(super) struct Stage<'m> {
 
 impl<'m> Stage<'m> {
     pub(super) fn new(
-        [recogniser, positions_only]: [Recogniser<'m>; 2],
+        [session, positions_only]: [Session<'m>; 2],
+        labels: &[String],
         spans: Vec<Span>,
     ) -> Result<Self, DemoError> {
-        let labels = recogniser.model().labels().to_vec();
-        let session = Session::new(recogniser, session_config(true))?;
         Ok(Self {
             posterior: session.posterior(),
             session,
-            positions_only: Session::new(positions_only, session_config(false))?,
-            labels,
+            positions_only,
+            labels: labels.to_vec(),
+            seen: [None, None],
             gate: Gate::new(Limits::default(), Fallback::default(), HOME_M)?,
             robot: SimulatedRobot::new(INERTIA_KG, HOME_M)?,
             ahead: spans.into(),
@@ -60,6 +84,8 @@ impl<'m> Stage<'m> {
             packets: Packets::default(),
             latencies_ms: Vec::new(),
             scores: Vec::new(),
+            held: None,
+            outside: Vec::new(),
             lifts: [0; 2],
             hand_m: [0.0; 3],
         })
@@ -89,6 +115,14 @@ impl<'m> Stage<'m> {
                 Err(_refused) => self.packets.corrupt += 1,
             }
         }
+        for (session, seen) in [&self.session, &self.positions_only]
+            .into_iter()
+            .zip(&mut self.seen)
+        {
+            if self.under_way && session.under_way() {
+                *seen = Some(Seen::of(session));
+            }
+        }
         self.move_robot(now_us)
     }
 
@@ -111,12 +145,17 @@ impl<'m> Stage<'m> {
         };
         if !self.under_way && now_us >= span.start_us {
             self.under_way = true;
+            self.seen = [None, None];
             let began = Event::Began {
                 at_us: span.start_us,
                 duration_us: span.end_us - span.start_us,
             };
             self.session.handle(began, now_us)?;
             self.positions_only.handle(began, now_us)?;
+            if matches!(span.task, Task::Perform(action) if OUTSIDE.contains(&action.skill)) {
+                let from_m = self.gate.setpoint().position_m;
+                self.held = Some(Held::new(span.start_us, from_m));
+            }
         }
         if self.under_way && now_us >= span.end_us {
             if let Task::Perform(action) = span.task {
@@ -131,10 +170,20 @@ impl<'m> Stage<'m> {
     }
 
     fn score(&mut self, performed: Skill) {
-        let (best, posterior) = most_likely(&self.session.posterior());
-        let (without_semg, _) = most_likely(&self.positions_only.posterior());
+        // A session that follows nothing tells the skills apart as it did before.
+        let seen = self.seen[0].take();
+        let seen = seen.unwrap_or_else(|| Seen::of(&self.session));
+        let novelty = seen.novelty;
+        if let Some(held) = self.held.take() {
+            self.outside.push(held.score(performed.label(), novelty));
+            return;
+        }
+        let positions = self.seen[1].take();
+        let positions = positions.unwrap_or_else(|| Seen::of(&self.positions_only));
+        let (best, posterior) = most_likely(&seen.posterior);
+        let (without_semg, _) = most_likely(&positions.posterior);
         let label = |skill: usize| self.labels.get(skill).cloned().unwrap_or_default();
-        let decision = self.session.decision();
+        let decision = seen.decision;
         let score = ActionScore {
             performed: performed.label().to_owned(),
             recognised: label(best),
@@ -142,6 +191,9 @@ impl<'m> Stage<'m> {
             seconds_to_decision: decision.map(|decision| decision.after_s),
             decided: decision.map(|decision| label(decision.skill)),
             recognised_without_semg: label(without_semg),
+            unknown: seen.unknown,
+            nearest: novelty.map(|novelty| novelty.nearest.to_owned()),
+            distance: novelty.map(|novelty| novelty.distance),
         };
         if Skill::LIFTS.contains(&performed) {
             self.lifts[0] += 1;
@@ -153,11 +205,14 @@ impl<'m> Stage<'m> {
     fn move_robot(&mut self, now_us: u64) -> Result<(), DemoError> {
         let doing = self.doing(now_us);
         let lifting =
-            doing.is_some_and(|(action, s)| action.skill != Skill::HandOver && s >= GRASPED);
+            doing.is_some_and(|(action, s)| Skill::LIFTS.contains(&action.skill) && s >= GRASPED);
         self.robot.carry(if lifting { PAYLOAD_KG } else { 0.0 })?;
         let setpoint = self.gate.tick(now_us);
         self.robot.step(&setpoint, [0.0; 3], PERIOD_S);
-        if let Some((action, s)) = doing {
+        if let Some(held) = &mut self.held {
+            // No script says what the robot should do.
+            held.add(now_us, self.session.unknown(), setpoint.position_m);
+        } else if let Some((action, s)) = doing {
             let truth = scripted::robot(&action, s);
             self.following.add(
                 (self.robot.position_m(), truth.position_m),
@@ -186,6 +241,7 @@ impl<'m> Stage<'m> {
             action: self.doing(now_us).map(|(action, s)| (action.skill, s)),
             labels: &self.labels,
             posterior: &self.posterior,
+            novelty: self.session.novelty(),
             stream: self.session.stream(),
             hand_m: self.hand_m,
             setpoint: self.gate.setpoint(),
@@ -193,6 +249,7 @@ impl<'m> Stage<'m> {
             gate: self.gate.state(),
             packets: self.packets,
             scores: &self.scores,
+            outside: &self.outside,
         }
     }
 
@@ -206,6 +263,8 @@ impl<'m> Stage<'m> {
             seed,
             correct: correct.count(),
             total: self.scores.len(),
+            false_alarms: self.scores.iter().filter(|a| a.unknown).count(),
+            outside: self.outside,
             accuracy_without_semg,
             stiffness_nrmse: self.following.stiffness_nrmse(),
             robot_rmse_m: self.following.rmse_m(),

@@ -10,11 +10,13 @@
 //! movement from outside is like. Of those that do it about equally well the one is taken that compares most locally and
 //! is least impressed by single odd moments: outside the library lies more than what the library can show.
 
+mod config;
 mod kernel;
 mod leave_out;
 mod seen;
 mod stream;
 
+pub use config::GateConfig;
 pub use kernel::GateSettings;
 pub use stream::{GateStream, StreamError};
 
@@ -24,44 +26,10 @@ use tonus_shared::promp::{Known, ModelError, Novelty, Watch, WatchError, watch_l
 
 use self::kernel::Kernels;
 use self::leave_out::LeftOut;
-use self::seen::{Seen, no_dof};
+use self::seen::Seen;
 use super::first_part::FirstPart;
 use super::{Dof, NotPositive, Valid};
 use crate::demonstration::Demonstration;
-
-/// What a gate looks at, and how often it may be wrong.
-#[derive(Clone, Debug, PartialEq)]
-pub struct GateConfig {
-    /// The DoFs that are observed, indices into the model's: the person's, not those of a robot to be inferred.
-    pub dofs: Vec<usize>,
-    /// How many times each is observed, equally spaced from the start, at least 1.
-    pub observations: usize,
-    /// The first part of the movement that they span, above 0, at most 1.
-    pub fraction: f64,
-    /// Share of known movements that may be called unknown, above 0 and below 1.
-    pub false_alarm_rate: f64,
-}
-
-impl GateConfig {
-    /// All of `count` DoFs, ten times over the whole movement, 2 % false alarms.
-    #[must_use]
-    pub fn of(count: usize) -> Self {
-        Self {
-            dofs: (0..count).collect(),
-            observations: 10,
-            fraction: 1.0,
-            false_alarm_rate: 0.02,
-        }
-    }
-
-    fn phases(&self) -> Vec<f64> {
-        let last = self.observations.saturating_sub(1).max(1) as f64;
-        let first = if self.observations == 1 { 1.0 } else { 0.0 };
-        (0..self.observations)
-            .map(|step| self.fraction * (first + step as f64 / last).min(1.0))
-            .collect()
-    }
-}
 
 /// Why there is no gate, or no answer of it.
 #[derive(Debug, thiserror::Error)]
@@ -141,8 +109,8 @@ pub struct GateParts {
     pub tail: f64,
     /// `J`.
     pub thresholds: Vec<f64>,
-    /// Rate that the thresholds were fixed for: the one asked for, or, if more, the least that so many
-    /// demonstrations can show.
+    /// Rate that the thresholds were fixed for: the one asked for; of a gate that judges once, if that is more, the
+    /// least that so many demonstrations can show.
     pub false_alarm_rate: f64,
 }
 
@@ -195,8 +163,13 @@ impl Gate {
         config: &GateConfig,
     ) -> Result<Self, GateError> {
         let left_out = LeftOut::of(seen, settings)?;
-        let least = 1.0 / (left_out.count() + 1) as f64;
-        let rate = config.false_alarm_rate.max(least);
+        let rate = config.false_alarm_rate;
+        let (rate, thresholds) = if config.throughout {
+            (rate, left_out.thresholds_throughout(settings.tail, rate))
+        } else {
+            let rate = rate.max(left_out.least_rate());
+            (rate, left_out.thresholds(settings.tail, rate))
+        };
         let members: Vec<usize> = (0..seen.rows.nrows()).collect();
         let kernels = Kernels::of(seen, &members, settings)?;
         Self::assemble(GateParts {
@@ -207,7 +180,7 @@ impl Gate {
             references: kernels.references(),
             skills: kernels.skills(),
             tail: settings.tail,
-            thresholds: left_out.thresholds(settings.tail, rate),
+            thresholds,
             false_alarm_rate: rate,
         })
     }
@@ -310,5 +283,13 @@ impl Gate {
             }
         }
         Ok(watch.novelty())
+    }
+}
+
+fn no_dof(demonstration: &Demonstration, dof: usize) -> GateError {
+    GateError::Dofs {
+        file: demonstration.file().to_owned(),
+        dof,
+        got: demonstration.values().len(),
     }
 }

@@ -66,15 +66,37 @@ impl<'m> Follower<'m> {
         }
     }
 
-    /// Start and duration are announced; who infers them does not listen.
-    pub(super) fn began(&mut self, at_us: u64, duration_us: u64) {
-        if let Self::Announced {
-            recogniser,
-            movement,
-        } = self
-        {
-            recogniser.reset();
-            *movement = Some(Movement::new(at_us, duration_us));
+    /// Start and duration are announced; who infers them does not listen. Whether a movement begins by that.
+    pub(super) fn began(&mut self, at_us: u64, duration_us: u64) -> bool {
+        match self {
+            Self::Announced {
+                recogniser,
+                movement,
+            } => {
+                recogniser.reset();
+                *movement = Some(Movement::new(at_us, duration_us));
+                true
+            }
+            Self::Inferred(_) => false,
+        }
+    }
+
+    /// Phase of the movement under way at a time within it, as it is announced or now inferred.
+    pub(super) fn phase(&self, at_us: u64) -> Option<f64> {
+        match self {
+            Self::Announced { movement, .. } => {
+                let movement = movement.as_ref()?;
+                movement.part(at_us, 1).map(|_| movement.phase(at_us))
+            }
+            Self::Inferred(inferred) => {
+                let movement = inferred.movement.as_ref()?;
+                let within = at_us >= movement.began_us;
+                let (mean, _) = inferred
+                    .recogniser
+                    .phase(seconds(at_us))
+                    .filter(|_| within)?;
+                Some(mean)
+            }
         }
     }
 
@@ -86,10 +108,10 @@ impl<'m> Follower<'m> {
         }
     }
 
-    /// The hand was seen: motion begins or ends a movement that nobody announces.
-    pub(super) fn watch(&mut self, at_us: u64, position_m: [f64; 3]) -> Result<(), SessionError> {
+    /// The hand was seen: motion begins or ends a movement that nobody announces. Whether one begins by that.
+    pub(super) fn watch(&mut self, at_us: u64, position_m: [f64; 3]) -> Result<bool, SessionError> {
         match self {
-            Self::Announced { .. } => Ok(()),
+            Self::Announced { .. } => Ok(false),
             Self::Inferred(inferred) => inferred.watch(at_us, position_m),
         }
     }
@@ -192,14 +214,16 @@ impl<'m> Inferred<'m> {
         self.movement = None;
     }
 
-    fn watch(&mut self, at_us: u64, position_m: [f64; 3]) -> Result<(), SessionError> {
+    fn watch(&mut self, at_us: u64, position_m: [f64; 3]) -> Result<bool, SessionError> {
         let edge = match self.detector.step(seconds(at_us), position_m) {
             // A frame that comes late tells nothing about the speed.
             Err(OnsetError::Time { .. }) => None,
             edge => edge?,
         };
+        let mut begins = false;
         if let (Some(MotionEdge::Onset { at_s }), None) = (edge, &self.movement) {
             self.recogniser.begin(at_s)?;
+            begins = true;
             // Saturating: an onset before time zero began at zero.
             self.movement = Some(Movement::since((at_s * 1e6) as u64));
         }
@@ -212,7 +236,7 @@ impl<'m> Inferred<'m> {
         if self.movement.is_some() && over.is_none_or(|over| over >= enough) {
             self.end();
         }
-        Ok(())
+        Ok(begins)
     }
 
     fn observe(

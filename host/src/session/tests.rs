@@ -1,9 +1,10 @@
 mod inferred;
+mod novelty;
 
 use super::{COMMAND_LIFE_US, DOFS, Event, Session, SessionConfig, SessionError};
 use crate::demonstration::Demonstration;
 use crate::model::recognise::Recogniser;
-use crate::model::{Dof, Hyperparameters, Model, learn};
+use crate::model::{Dof, Hyperparameters, Model, Valid, learn};
 use crate::robot::command::{Command, Quality};
 use crate::robot::gate::{Cause, Gate, Refusal, State};
 use crate::robot::limits::{Fallback, Limits};
@@ -37,8 +38,8 @@ fn firmness(skill: usize, s: f64) -> f64 {
     200.0 * (1.0 + 3.0 * skill as f64 * s)
 }
 
-/// Two skills, `far` (1) and `near` (0), that differ more and more from their start.
-fn model(dofs: &[&str]) -> Model {
+/// Two skills, `far` (1) and `near` (0), that differ more and more from their start: six demonstrations of each.
+fn demonstrations(dofs: &[&str]) -> (Vec<Demonstration>, Valid) {
     let labels = ["a_near", "b_far"];
     let mut all = Vec::new();
     for n in 0..12 {
@@ -66,7 +67,12 @@ fn model(dofs: &[&str]) -> Model {
     };
     let dofs = dofs.iter().map(dof).collect();
     let valid = Hyperparameters::new(dofs, Basis::gaussian(6).unwrap()).check();
-    learn(&all, &valid.unwrap()).unwrap()
+    (all, valid.unwrap())
+}
+
+fn model(dofs: &[&str]) -> Model {
+    let (all, valid) = demonstrations(dofs);
+    learn(&all, &valid).unwrap()
 }
 
 /// Runs `test` on a session of that model.

@@ -82,7 +82,7 @@ pub fn load_kg(skill: Skill) -> f64 {
         Skill::LiftBook => 1.6,
         Skill::LiftBottle => 0.5,
         Skill::Pick | Skill::Place => 1.0,
-        Skill::HandOver | Skill::Pull | Skill::Reach => 0.0,
+        Skill::HandOver | Skill::Pull | Skill::Reach | Skill::Wave => 0.0,
     }
 }
 
@@ -101,7 +101,7 @@ pub fn demand(skill: Skill, latent: &Latent, overshoot: f64, s: f64) -> f64 {
         Skill::LiftFilter | Skill::LiftBook | Skill::LiftBottle => {
             weight * (minimum_jerk((s - 0.42) / 0.12) + overshoot * surge((s - 0.44) / 0.10))
         }
-        Skill::Reach => 0.0,
+        Skill::Reach | Skill::Wave => 0.0,
         Skill::Pick => {
             weight * (minimum_jerk((s - 0.02) / 0.12) + overshoot * surge((s - 0.04) / 0.10))
         }
@@ -122,7 +122,8 @@ pub fn activation(skill: Skill, latent: &Latent, vigour: &Vigour, s: f64) -> [f6
         | Skill::LiftBottle
         | Skill::Reach
         | Skill::Pick
-        | Skill::Place => (WORKING, CO_CONTRACTING),
+        | Skill::Place
+        | Skill::Wave => (WORKING, CO_CONTRACTING),
     };
     let shares = [biceps[0], biceps[1], triceps[0], triceps[1]];
     std::array::from_fn(|channel| (demand * shares[channel] * vigour.gains[channel]).min(LARGEST))

@@ -12,6 +12,7 @@
 //! - Reach, pick, place: the robot does the same on its own table, from the same start to the same end.
 //! - Lifts: the robot picks its own copy of the object, displaced as the person's grasp is, and carries it to
 //!   that object's shelf.
+//! - Wave: the robot has no part in it.
 
 use super::muscle::CHANNELS;
 use super::skills::{Skill, goal_m, minimum_jerk, straightened};
@@ -64,6 +65,9 @@ fn position(action: &Action, s: f64) -> [f64; 3] {
         let hand_m = action.skill.position_m(&straightened(latent), s);
         return std::array::from_fn(|axis| TABLE_M[axis] + hand_m[axis]);
     }
+    if action.skill == Skill::Wave {
+        return HOME_M;
+    }
     let goal = in_robot_frame(goal_m(action.skill, latent));
     let Some(shelf_m) = shelf_m(action.skill) else {
         return between(HOME_M, goal, minimum_jerk(s / 0.9));
@@ -80,7 +84,9 @@ fn shelf_m(skill: Skill) -> Option<[f64; 3]> {
         Skill::LiftFilter => Some([0.50, 0.30, 0.22]),
         Skill::LiftBook => Some([0.50, 0.30, 0.42]),
         Skill::LiftBottle => Some([0.50, 0.30, 0.62]),
-        Skill::HandOver | Skill::Pull | Skill::Reach | Skill::Pick | Skill::Place => None,
+        Skill::HandOver | Skill::Pull | Skill::Reach | Skill::Pick | Skill::Place | Skill::Wave => {
+            None
+        }
     }
 }
 

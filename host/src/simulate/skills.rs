@@ -45,6 +45,8 @@ pub enum Skill {
     Pick,
     /// Takes the object from there to where it is put down.
     Place,
+    /// Raises the empty hand and waves: what nobody demonstrates to the robot.
+    Wave,
 }
 
 /// One smooth function of the phase.
@@ -111,6 +113,7 @@ impl Skill {
             Self::Reach => "reach",
             Self::Pick => "pick",
             Self::Place => "place",
+            Self::Wave => "wave",
         }
     }
 
@@ -124,6 +127,7 @@ impl Skill {
             Self::Reach => &paths::REACH,
             Self::Pick => &paths::PICK,
             Self::Place => &paths::PLACE,
+            Self::Wave => &paths::WAVE,
         }
     }
 

@@ -12,7 +12,7 @@ use super::valid;
 const INSTANTS: usize = 5;
 
 /// A movement of one DoF with a correlated Gaussian deviation from the mean of its class, sampled 21 times.
-fn movement(class: usize, trial: usize, random: &mut ChaCha8Rng) -> Demonstration {
+pub(super) fn movement(class: usize, trial: usize, random: &mut ChaCha8Rng) -> Demonstration {
     let mut normal = || -> f64 { StandardNormal.sample(&mut *random) };
     let (level, slope, bend) = (0.05 * normal(), 0.05 * normal(), 0.05 * normal());
     let t_s: Vec<f64> = (0..21).map(|i| f64::from(i) * 0.05).collect();
@@ -31,14 +31,14 @@ fn movement(class: usize, trial: usize, random: &mut ChaCha8Rng) -> Demonstratio
     .unwrap()
 }
 
-fn library(random: &mut ChaCha8Rng) -> Vec<Demonstration> {
+pub(super) fn library(random: &mut ChaCha8Rng) -> Vec<Demonstration> {
     let pairs = (0..5).flat_map(|class| (0..10).map(move |trial| (class, 10 * class + trial)));
     pairs
         .map(|(class, trial)| movement(class, trial, random))
         .collect()
 }
 
-fn config() -> GateConfig {
+pub(super) fn config() -> GateConfig {
     GateConfig {
         observations: INSTANTS,
         ..GateConfig::of(1)

@@ -3,6 +3,7 @@
 
 mod kernel;
 mod learnt;
+mod throughout;
 
 use std::collections::BTreeSet;
 

@@ -8,6 +8,9 @@ use super::{GateError, GateSettings, Seen};
 /// Only rates of false alarms up to this matter when settings are compared.
 const GREATEST_RATE: f64 = 0.1;
 
+/// Share of the left out whose greatest scores show how rare greater ones are.
+const TAIL: f64 = 0.25;
+
 /// One demonstration left out.
 struct Judged {
     class: usize,
@@ -47,8 +50,9 @@ impl LeftOut {
         Ok(Self { judged, rows })
     }
 
-    pub(super) fn count(&self) -> usize {
-        self.judged.len()
+    /// The least rate of false alarms that so many can show.
+    pub(super) fn least_rate(&self) -> f64 {
+        1.0 / (self.judged.len() + 1) as f64
     }
 
     /// How well the known and the same movements with their own class taken away are told apart: the area under the
@@ -80,18 +84,62 @@ impl LeftOut {
 
     /// After each number of rows, the score that a share `rate` of the left out exceeds.
     pub(super) fn thresholds(&self, tail: f64, rate: f64) -> Vec<f64> {
-        let after = |rows: usize| {
-            let least = self.judged.iter().map(|judged| {
-                let classes = judged.squares.iter();
-                classes
-                    .map(|(_, squares)| least_surprise(squares, tail, rows))
-                    .fold(f64::INFINITY, f64::min)
-            });
-            let mut known: Vec<f64> = least.collect();
+        let courses = self.courses(tail);
+        let after = |row: usize| {
+            let mut known: Vec<f64> = courses.iter().map(|course| course[row]).collect();
             known.sort_by(f64::total_cmp);
             upper_quantile(&known, rate)
         };
-        (1..=self.rows).map(after).collect()
+        (0..self.rows).map(after).collect()
+    }
+
+    /// After each number of rows, scores such that a share `rate` of the left out exceeds any of them: all as many
+    /// standard deviations above the mean of the left out's log scores (the greatest of standardised
+    /// statistics, Westfall and Young 1993). Early scores scatter the most and are allowed to. A rate below
+    /// [`LeftOut::least_rate`] is extrapolated. What differs from a demonstration by no more than one performance from another,
+    /// one standard deviation throughout, is known whatever so few show.
+    pub(super) fn thresholds_throughout(&self, tail: f64, rate: f64) -> Vec<f64> {
+        let mut logs = self.courses(tail);
+        // Seen exactly before, a score is zero.
+        for score in logs.iter_mut().flatten() {
+            *score = libm::log(score.max(f64::MIN_POSITIVE));
+        }
+        let count = logs.len() as f64;
+        let after = |row: usize| {
+            let scores = || logs.iter().map(|course| course[row]);
+            let mean = scores().sum::<f64>() / count;
+            let squares = scores().map(|log| (log - mean) * (log - mean));
+            let std = libm::sqrt(squares.sum::<f64>() / (count - 1.0).max(1.0));
+            (mean, std.max(f64::EPSILON))
+        };
+        let moments: Vec<(f64, f64)> = (0..self.rows).map(after).collect();
+        let greatest = logs.iter().map(|course| {
+            let rows = course.iter().zip(&moments);
+            rows.map(|(log, (mean, std))| (log - mean) / std)
+                .fold(f64::NEG_INFINITY, f64::max)
+        });
+        let mut greatest: Vec<f64> = greatest.collect();
+        greatest.sort_by(f64::total_cmp);
+        let above = if rate < self.least_rate() {
+            exponential_tail(&greatest, rate)
+        } else {
+            upper_quantile(&greatest, rate)
+        };
+        let usual = libm::log1p(1.0 / tail);
+        let score = |(mean, std): &(f64, f64)| libm::exp(mean + above * std).max(usual);
+        moments.iter().map(score).collect()
+    }
+
+    /// Of each of the left out, its score after each number of rows.
+    fn courses(&self, tail: f64) -> Vec<Vec<f64>> {
+        let after = |judged: &Judged, rows: usize| {
+            let classes = judged.squares.iter();
+            classes
+                .map(|(_, squares)| least_surprise(squares, tail, rows))
+                .fold(f64::INFINITY, f64::min)
+        };
+        let course = |judged| (1..=self.rows).map(|rows| after(judged, rows)).collect();
+        self.judged.iter().map(course).collect()
     }
 }
 
@@ -127,4 +175,15 @@ fn upper_quantile(sorted: &[f64], rate: f64) -> f64 {
     let below = libm::floor(place) as usize;
     let above = (below + 1).min(last);
     sorted[below] + (place - below as f64) * (sorted[above] - sorted[below])
+}
+
+/// The value that a new one exceeds with probability `rate`, at most [`TAIL`], if what exceeds the upper quartile does so by
+/// an exponentially distributed excess, the tail of the normal and the logistic distribution in the limit (Pickands
+/// 1975). `sorted` is not empty.
+fn exponential_tail(sorted: &[f64], rate: f64) -> f64 {
+    let threshold = upper_quantile(sorted, TAIL);
+    let excesses = sorted.iter().filter(|value| **value > threshold);
+    let excesses: Vec<f64> = excesses.map(|value| value - threshold).collect();
+    let mean = excesses.iter().sum::<f64>() / excesses.len().max(1) as f64;
+    threshold + mean * libm::log(TAIL / rate)
 }

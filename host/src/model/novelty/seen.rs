@@ -1,24 +1,16 @@
-//! The demonstrations as a gate sees them, and what it may be asked to look at.
+//! Demonstrations as a gate sees them: numbers at its instants.
 
 use std::collections::BTreeMap;
 
 use nalgebra::DMatrix;
 
-use super::{GateConfig, GateError};
+use super::{GateConfig, GateError, no_dof};
 use crate::demonstration::Demonstration;
 use crate::model::first_part::FirstPart;
 use crate::model::{Dof, Valid};
 
 /// Leaving one out must leave a spread.
 const LEAST_PER_CLASS: usize = 3;
-
-pub(super) fn no_dof(demonstration: &Demonstration, dof: usize) -> GateError {
-    GateError::Dofs {
-        file: demonstration.file().to_owned(),
-        dof,
-        got: demonstration.values().len(),
-    }
-}
 
 /// All demonstrations at the gate's instants.
 pub(super) struct Seen {
@@ -42,7 +34,7 @@ impl Seen {
         config: &GateConfig,
     ) -> Result<Self, GateError> {
         let all = &valid.get().dofs;
-        check(config, all.len())?;
+        config.check(all.len())?;
         let dofs: Vec<_> = config.dofs.iter().map(|&d| (d, all[d].clone())).collect();
         let phases = config.phases();
         let mut classes = BTreeMap::<&str, usize>::new();
@@ -83,44 +75,6 @@ impl Seen {
             class,
         })
     }
-}
-
-fn check(config: &GateConfig, dofs: usize) -> Result<(), GateError> {
-    let rate = config.false_alarm_rate;
-    let observations = config.observations as f64;
-    let greatest = config.dofs.iter().max().map_or(f64::NAN, |&dof| dof as f64);
-    let numbers = [
-        (
-            "the number of observations",
-            observations,
-            observations >= 1.0,
-            "at least 1",
-        ),
-        (
-            "the fraction",
-            config.fraction,
-            config.fraction > 0.0 && config.fraction <= 1.0,
-            "above 0 and at most 1",
-        ),
-        (
-            "the false alarm rate",
-            rate,
-            rate > 0.0 && rate < 1.0,
-            "a rate above 0 and below 1",
-        ),
-        (
-            "the greatest DoF",
-            greatest,
-            greatest < dofs as f64,
-            "at least one DoF, each one of the model's",
-        ),
-    ];
-    for (what, value, within, range) in numbers {
-        if !within {
-            return Err(GateError::Config { what, value, range });
-        }
-    }
-    Ok(())
 }
 
 /// Scales the columns of each DoF to unit variance; their standard deviations.

@@ -129,3 +129,31 @@ pub(super) const PLACE: [Term; SHAPES] = between(
     [0.0, 0.0, -0.005],
     (PUT_DOWN_M, PLACE_SD_M),
 );
+/// The wave: start, to the left, the raised hand, to the right, to the left again.
+pub(super) const WAVE: [Term; SHAPES] = [
+    term(
+        Shape::Fall(0.0, 0.45),
+        [0.24, -0.10, -0.34],
+        [0.025, 0.025, 0.030],
+    ),
+    term(
+        Shape::Bow(0.30, 0.60),
+        [0.0, 0.10, 0.0],
+        [0.005, 0.015, 0.005],
+    ),
+    term(
+        Shape::Rise(0.0, 0.45),
+        [0.36, -0.12, 0.05],
+        [0.020, 0.020, 0.020],
+    ),
+    term(
+        Shape::Bow(0.50, 0.80),
+        [0.0, -0.10, 0.0],
+        [0.005, 0.015, 0.005],
+    ),
+    term(
+        Shape::Bow(0.70, 1.0),
+        [0.0, 0.10, 0.0],
+        [0.005, 0.015, 0.005],
+    ),
+];
