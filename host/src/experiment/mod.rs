@@ -194,6 +194,16 @@ pub enum ExperimentError {
     /// The simulator's own densities.
     #[error(transparent)]
     Density(#[from] DensityError),
+    /// A recording of which a part is missing.
+    #[error("{}: {found} movements of {expected}: copy the whole recording there", folder.display())]
+    Movements {
+        /// The folder of its tables.
+        folder: PathBuf,
+        /// Movements found.
+        found: usize,
+        /// Movements that it was published with.
+        expected: usize,
+    },
     /// A folder of recordings that is not there.
     #[error(
         "{}: no recording can be read there; give the folder that holds all three recordings",

@@ -25,7 +25,11 @@ pub(super) const CASES: &[Case] = &[
     ),
     data(
         "experiment recordings --data alone",
-        &["alone/leap_digits_mit/csv: no recording can be read there"],
+        &["alone/vmci_pick_place_mocap/csv: 6 movements of 90: copy the whole recording there"],
+    ),
+    data(
+        "experiment recordings --data no_digits",
+        &["no_digits/leap_digits_mit/csv: no recording can be read there"],
     ),
     // 12 columns; the 99th row ends in its fourth.
     data(
@@ -99,7 +103,14 @@ pub(super) fn write(folder: &Path) {
     actions(folder, "word", &with_cell(&action, (7, 3), "high"));
     actions(folder, "backwards", &with_cell(&action, (9, 1), "0.0"));
 
-    actions(folder, "cut_digits", &action);
+    for name in ["no_digits", "cut_digits"] {
+        for file in fs::read_dir(all.join(ACTIONS)).unwrap() {
+            let file = file.unwrap();
+            let place = folder.join(name).join(ACTIONS);
+            fs::create_dir_all(&place).unwrap();
+            fs::copy(file.path(), place.join(file.file_name())).unwrap();
+        }
+    }
     let digits = folder.join("cut_digits").join(DIGITS);
     fs::create_dir_all(&digits).unwrap();
     fs::write(digits.join(DIGIT), cut(&digit, 50, 2)).unwrap();

@@ -73,6 +73,14 @@ impl Set {
                 runs.push(Run::of(&table, file)?);
             }
         }
+        // A missing file, or one cut at a line's end, would pass for a smaller recording.
+        if by_time.len() != plan.movements {
+            return Err(ExperimentError::Movements {
+                folder: tables,
+                found: by_time.len(),
+                expected: plan.movements,
+            });
+        }
         let by_path = by_time.iter().map(|d| d.at_constant_speed(&[0, 1, 2]));
         let mut set = Self {
             plan,

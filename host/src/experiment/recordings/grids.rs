@@ -7,6 +7,8 @@ use super::setting::{Grid, Phase, Ways};
 pub(super) struct Plan {
     /// Its folder.
     pub(super) name: &'static str,
+    /// Movements that it was published with.
+    pub(super) movements: usize,
     /// Columns of positions, metres; the first three are the hand's place.
     pub(super) dofs: &'static [&'static str],
     /// Column that is not zero in rows where the hand is hidden.
@@ -27,6 +29,7 @@ pub(super) struct Plan {
 /// Six actions of two people at a shelf.
 pub(super) const ACTIONS: Plan = Plan {
     name: "vmci_pick_place_mocap",
+    movements: 90,
     dofs: &["x", "y", "z"],
     occluded: None,
     observations: 10,
@@ -50,6 +53,7 @@ pub(super) const ACTIONS: Plan = Plan {
 /// Ten digits drawn in the air: more than one way to draw each.
 pub(super) const DIGITS: Plan = Plan {
     name: "leap_digits_mit",
+    movements: 180,
     dofs: &["x", "y", "z"],
     occluded: None,
     observations: 15,
@@ -73,6 +77,7 @@ pub(super) const DIGITS: Plan = Plan {
 /// Reaches to objects of three depths: middle of index and thumb, and how far they are apart.
 pub(super) const REACHES: Plan = Plan {
     name: "kinesis_reach_to_grasp_mit",
+    movements: 34,
     dofs: &["x", "y", "z", "aperture_m"],
     occluded: Some("occluded"),
     observations: 10,
