@@ -96,8 +96,7 @@ impl LeftOut {
     /// After each number of rows, scores such that a share `rate` of the left out exceeds any of them: all as many
     /// standard deviations above the mean of the left out's log scores (the greatest of standardised
     /// statistics, Westfall and Young 1993). Early scores scatter the most and are allowed to. A rate below
-    /// [`LeftOut::least_rate`] is extrapolated. What differs from a demonstration by no more than one performance from another,
-    /// one standard deviation throughout, is known whatever so few show.
+    /// [`LeftOut::least_rate`] is extrapolated.
     pub(super) fn thresholds_throughout(&self, tail: f64, rate: f64) -> Vec<f64> {
         let mut logs = self.courses(tail);
         // Seen exactly before, a score is zero.
@@ -125,8 +124,7 @@ impl LeftOut {
         } else {
             upper_quantile(&greatest, rate)
         };
-        let usual = libm::log1p(1.0 / tail);
-        let score = |(mean, std): &(f64, f64)| libm::exp(mean + above * std).max(usual);
+        let score = |(mean, std): &(f64, f64)| libm::exp(mean + above * std);
         moments.iter().map(score).collect()
     }
 
