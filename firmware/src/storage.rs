@@ -148,7 +148,7 @@ impl<F: MultiwriteNorFlash> Storage<F> {
     }
 
     /// Forgets every host, damaged bonds too. The old keys stay in the flash until their page's turn to be
-    /// erased; the chip's readback protection is what hides them.
+    /// erased; only the chip's readback protection, which nothing here switches on, would hide them.
     ///
     /// # Errors
     /// [`StorageError::Flash`] when the flash fails, [`StorageError::NotKept`] on a worn page.

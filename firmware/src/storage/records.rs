@@ -14,9 +14,9 @@
 //! **Wear.** One erase for eight records, the two pages in turn. At the 10,000 erases that the nRF52840 is specified for,
 //! that is 160,000 records.
 //!
-//! `sequential-storage` was weighed for this. Its map passes over damaged records in silence and gives out the
-//! older version, and its version 8.0.2 can lose an acknowledged record after two cuts in a record's header (its issue 136,
-//! open).
+//! The crate `sequential-storage` (8.0.2) was weighed for this. Its map passes over a damaged record in silence and
+//! gives out the one before it, which here must not happen; and cuts within a record's header can make it lose a
+//! record that it acknowledged later (its issue 136, open at the time).
 
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use embedded_storage_async::nor_flash::MultiwriteNorFlash;

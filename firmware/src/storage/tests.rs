@@ -4,6 +4,7 @@ mod bonds;
 mod calibration;
 mod flash;
 mod models;
+mod refused_models;
 
 use embassy_futures::block_on;
 

@@ -33,6 +33,22 @@ fn numbered(numbers: &[u8]) -> std::vec::Vec<Bond> {
     numbers.iter().copied().map(bond).collect()
 }
 
+/// Behind a record's header of 12 bytes: two bonds, each host, length, secret.
+#[test]
+fn bonds_in_the_flash_are_what_the_documentation_says() {
+    let mut flash = FakeFlash::new();
+    for (number, secret) in [(0x11, &b"ab"[..]), (0x22, b"cde")] {
+        let bond = Bond {
+            host: [number; HOST_BYTES],
+            secret: Vec::from_slice(secret).unwrap(),
+        };
+        block_on(open(&mut flash).keep_bond(bond, PairingWindow::Closed)).unwrap();
+    }
+    let second = DK.bonds.start + 32 + 508 + 12;
+    let expected = b"\x11\x11\x11\x11\x11\x11\x11\x02ab\x22\x22\x22\x22\x22\x22\x22\x03cde\xff";
+    assert_eq!(flash.slice(second, 22), expected);
+}
+
 #[test]
 fn the_fifth_host_takes_the_place_of_the_oldest() {
     let mut flash = paired(&[1, 2, 3, 4]);
