@@ -5,6 +5,8 @@
 #![cfg_attr(not(test), no_std)]
 
 pub mod acquisition;
+pub mod afe;
 pub mod ble;
+pub mod imu;
 pub mod outbox;
 pub mod signal_path;
