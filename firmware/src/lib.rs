@@ -15,7 +15,9 @@ compile_error!(
 );
 
 pub mod acquisition;
+pub mod afe;
 pub mod ble;
+pub mod imu;
 pub mod outbox;
 pub mod signal_path;
 pub mod storage;

@@ -46,7 +46,9 @@ ROOMS = {
     "firmware/src": ("tonus_firmware", {
         "lib": ANY,
         "main": ANY,
-        "acquisition": set(),
+        "afe": set(),
+        "imu": set(),
+        "acquisition": {"afe"},
         "outbox": set(),
         "storage": set(),
         "ble": {"outbox"},
