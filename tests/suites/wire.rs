@@ -223,7 +223,7 @@ fn golden_management_json() -> Vec<Value> {
         json!({"kind": "calibration", "revision": second.revision,
             "muscles": ["other", "other", "biceps_short", "biceps_short", "biceps_long", "triceps_lateral",
                 "triceps_long", "triceps_long"],
-            "mains_hz": null, "semg_hz": 2000.0, "rest_v": [0.125; 8], "mvc_v": [1.0; 8],
+            "mains_hz": null, "semg_hz": 2000.0, "rest_v": vec![0.125; 8], "mvc_v": vec![1.0; 8],
             "activation_window_s": 0.5, "l1": 0.0, "l2": 2.25,
             "rest_stiffness_nm_per_rad": [1.0, 2.0, 3.0, 4.0], "body_mass_kg": 20.0, "body_height_m": 2.5}),
         json!({"kind": "model_upload", "step": "begin", "total_bytes": 90_001,

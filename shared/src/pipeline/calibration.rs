@@ -152,3 +152,197 @@ pub fn illustrative<const C: usize>(muscles: [Muscle; C], semg_hz: u32) -> Calib
         body_height_m: f32::of(ILLUSTRATIVE.body_height_m),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::pipeline::Pipeline;
+    use crate::semg::design::DesignError;
+
+    use super::*;
+
+    const ARM: [Muscle; 4] = [
+        Muscle::BicepsShort,
+        Muscle::BicepsLong,
+        Muscle::TricepsLateral,
+        Muscle::TricepsLong,
+    ];
+
+    fn board() -> Board {
+        Board {
+            boot_id: 5,
+            firmware_hash: [6; 8],
+            adc: AdcScale::new(1e-7, 0, -(1 << 23), (1 << 23) - 1).unwrap(),
+            rates_hz: &[500, 1_000, 4_000],
+        }
+    }
+
+    fn pipeline(calibration: &Calibration) -> Result<Pipeline<4>, CalibrationError> {
+        Ok(Pipeline::new(&board().config(calibration, false)?)?)
+    }
+
+    #[test]
+    fn every_field_reaches_the_pipeline() {
+        let calibration = Calibration {
+            mains_hz: Some(60),
+            semg_hz: 500.0,
+            rest_v: [1e-5, 2e-5, 3e-5, 4e-5, 0.0, 0.0, 0.0, 0.0],
+            mvc_v: [1e-4, 2e-4, 3e-4, 4e-4, 0.0, 0.0, 0.0, 0.0],
+            activation_window_s: 0.0625,
+            l1: 0.5,
+            l2: 2.0,
+            rest_stiffness_nm_per_rad: [10.0, 11.0, 12.0, 13.0],
+            body_mass_kg: 60.0,
+            body_height_m: 1.5,
+            ..illustrative(ARM, 1_000)
+        };
+        let config: PipelineConfig<4> = board().config(&calibration, true).unwrap();
+        assert_eq!(
+            (config.boot_id, config.firmware_hash, config.raw),
+            (5, [6; 8], true)
+        );
+        assert_eq!(config.adc, board().adc);
+        assert_eq!(config.chain.rate_hz, 500.0);
+        assert_eq!(config.chain.notch.unwrap().mains, Mains::Hz60);
+        assert_eq!(config.activation_window_s, 0.0625);
+        for (channel, at) in config.channels.iter().zip(1_u8..) {
+            let level = f64::from(at) * 1e-5;
+            assert_eq!(channel.muscle, ARM[usize::from(at) - 1]);
+            assert!((channel.rest_v / level - 1.0).abs() < 1e-6);
+            assert!((channel.mvc_v / level - 10.0).abs() < 1e-5);
+        }
+        let arm = ArmStiffness::new(
+            CoContraction::new(0.5, 2.0).unwrap(),
+            [10.0, 11.0, 12.0, 13.0],
+            Segments::new(60.0, 1.5).unwrap(),
+        );
+        assert_eq!(config.arm, arm.unwrap());
+        assert!(Pipeline::new(&config).is_ok());
+    }
+
+    #[test]
+    fn the_illustrative_calibration_works_on_any_number_of_channels() {
+        let calibration = illustrative(ARM, 1_000);
+        assert_eq!((calibration.revision, calibration.channels), (0, 4));
+        let config: PipelineConfig<4> = board().config(&calibration, false).unwrap();
+        assert_eq!(config.arm, ArmStiffness::illustrative());
+        assert_eq!(config.chain, ChainConfig::at_rate(1_000.0));
+        assert!(pipeline(&calibration).is_ok());
+        let one: PipelineConfig<1> = board()
+            .config(&illustrative([Muscle::BicepsLong], 1_000), false)
+            .unwrap();
+        assert!(Pipeline::new(&one).is_ok());
+        let eight: PipelineConfig<8> = board()
+            .config(&illustrative([Muscle::TricepsLong; 8], 500), false)
+            .unwrap();
+        assert!(Pipeline::new(&eight).is_ok());
+    }
+
+    #[test]
+    fn what_the_board_cannot_do_is_refused_by_name() {
+        let good = illustrative(ARM, 1_000);
+        let refused = |calibration| pipeline(&calibration).unwrap_err();
+        let channels = refused(illustrative([Muscle::BicepsLong], 1_000));
+        assert_eq!(
+            channels,
+            CalibrationError::Channels {
+                expected: 4,
+                got: 1
+            }
+        );
+        for got_hz in [999.0, 0.0, -1_000.0] {
+            let rate = CalibrationError::Rate {
+                got_hz,
+                offered_hz: &[500, 1_000, 4_000],
+            };
+            assert_eq!(
+                refused(Calibration {
+                    semg_hz: got_hz,
+                    ..good
+                }),
+                rate
+            );
+        }
+        let mains = refused(Calibration {
+            mains_hz: Some(16),
+            ..good
+        });
+        assert_eq!(mains, CalibrationError::Mains { got_hz: 16 });
+        let nan = refused(Calibration {
+            semg_hz: f32::NAN,
+            ..good
+        });
+        assert!(matches!(nan, CalibrationError::Rate { .. }));
+    }
+
+    #[test]
+    fn what_makes_no_arm_and_no_pipeline_is_refused_by_name() {
+        use CalibrationError::{Arm, Pipeline as Refused};
+        let good = illustrative(ARM, 1_000);
+        let refused = |calibration| pipeline(&calibration).unwrap_err();
+        let arm = [
+            Calibration { l1: -0.1, ..good },
+            Calibration { l2: 0.0, ..good },
+            Calibration {
+                rest_stiffness_nm_per_rad: [13.0, 13.0, 0.0, 12.0],
+                ..good
+            },
+            Calibration {
+                body_mass_kg: 19.0,
+                ..good
+            },
+            Calibration {
+                body_height_m: 2.6,
+                ..good
+            },
+        ];
+        for calibration in arm {
+            assert!(matches!(refused(calibration), Arm(_)), "{calibration:?}");
+        }
+        let rate = refused(Calibration {
+            semg_hz: 4_000.0,
+            ..good
+        });
+        assert!(matches!(
+            rate,
+            Refused(PipelineError::Design(DesignError::Rate { .. }))
+        ));
+        let window = refused(Calibration {
+            activation_window_s: 5.0,
+            ..good
+        });
+        assert!(matches!(
+            window,
+            Refused(PipelineError::Design(DesignError::Window { .. }))
+        ));
+        let levels = refused(Calibration {
+            mvc_v: good.rest_v,
+            ..good
+        });
+        assert!(matches!(
+            levels,
+            Refused(PipelineError::Calibration { channel: 0, .. })
+        ));
+        let mut muscles = good.muscles;
+        muscles[2] = Muscle::Absent;
+        let absent = refused(Calibration { muscles, ..good });
+        assert_eq!(absent, Refused(PipelineError::AbsentMuscle { channel: 2 }));
+        let elsewhere = refused(Calibration {
+            muscles: [Muscle::Other; 8],
+            ..good
+        });
+        assert!(matches!(elsewhere, Refused(PipelineError::Activation(_))));
+        let curve = refused(Calibration {
+            l1: 2_000.0,
+            ..good
+        });
+        assert!(matches!(
+            curve,
+            Refused(PipelineError::CoContraction { .. })
+        ));
+        let falls = refused(Calibration {
+            rest_stiffness_nm_per_rad: [1e-3; 4],
+            ..good
+        });
+        assert!(matches!(falls, Refused(PipelineError::RestingStiffness(_))));
+    }
+}
