@@ -6,5 +6,6 @@
 
 pub mod acquisition;
 pub mod ble;
+pub mod inbox;
 pub mod outbox;
 pub mod signal_path;
