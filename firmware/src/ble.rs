@@ -11,11 +11,13 @@ mod bonds;
 mod guard;
 mod link;
 mod sending;
+mod shown;
 mod window;
 
 pub use attributes::DeviceInformation;
 pub use bonds::{BOND_BYTES, BondList, BondRecord, Bonds, BondsNotKept, MAX_BONDS};
 pub use sending::Withheld;
+pub use shown::Shown;
 pub use window::{OPEN, PairingWindow};
 
 use core::{cell::Cell, convert::Infallible, sync::atomic::AtomicU8};
@@ -119,6 +121,8 @@ pub struct Ports<'a> {
     pub outbox: &'a Outbox,
     /// Frames that a host wrote.
     pub inbox: &'a Inbox,
+    /// The calibration that a host reads.
+    pub calibration: &'a Shown,
     /// Opened by the button.
     pub window: &'a PairingWindow,
     /// State of charge, percent.

@@ -261,7 +261,13 @@ impl<'m> Session<'m> {
             | Packet::HandPosition(_)
             | Packet::Ping(_)
             | Packet::Inference(_)
-            | Packet::Status(_) => Ok(None),
+            | Packet::Status(_)
+            | Packet::Control(_)
+            | Packet::Calibration(_)
+            | Packet::ModelUpload(_)
+            | Packet::ModelState(_)
+            | Packet::Reply(_)
+            | Packet::LastWords(_) => Ok(None),
         }
     }
 

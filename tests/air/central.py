@@ -29,8 +29,8 @@ IDS = identifiers()
 VERSION = int(re.search(r"pub const VERSION: u8 = (\d+);", (ROOT / "shared/src/wire/table.rs").read_text()).group(1))
 KINDS = dict(configuration=1, stream=2, raw=3, orientation=4, hand=5, ping=6, inference=7, status=8, control=9,
              calibration=10, model=11, model_state=12, reply=13, last_words=14)
-NOTIFIED = ["STREAM", "RAW", "ORIENTATION", "INFERENCE", "REPORTS"]
-WRITTEN = ["HAND", "CONTROL", "CALIBRATION", "MODEL", "PING"]
+NOTIFIED = ["STREAM", "RAW_SEMG", "ORIENTATION", "INFERENCE", "REPORTS"]
+WRITTEN = ["HAND_POSITION", "CONTROL", "CALIBRATION", "MODEL_UPLOAD", "PING"]
 
 
 def frame(kind, payload, sequence=0, boot_id=0xB007, device_us=0):
@@ -171,9 +171,9 @@ def gaps(frames):
     return max(numbers) - min(numbers) + 1 - len(numbers)
 
 
-def first_scans(frames):
-    """The scan index of every stream packet; ten scans make one packet."""
-    return [int.from_bytes(f[18:22], "little") for f in frames if f[1] == KINDS["stream"]]
+def stream_times_ms(frames):
+    """The device time of every stream packet, which comes every 10 ms."""
+    return [HEADER.unpack_from(f)[4] // 1000 for f in frames if f[1] == KINDS["stream"]]
 
 
 async def ready(air, wearable, device=None, names=("STREAM", "REPORTS")):

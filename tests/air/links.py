@@ -17,8 +17,8 @@ async def discovery(air):
     wearable = await air.wearable()
     central = await (await Central(await air.host(), wearable).connect()).discover()
     notify, read, write, command = 0x10, 0x02, 0x08, 0x04
-    expected = dict(STREAM=notify, RAW=notify, ORIENTATION=notify, INFERENCE=notify, REPORTS=notify, HAND=command,
-                    CONTROL=write, CALIBRATION=read | write, MODEL=write | command, PING=command)
+    expected = dict(STREAM=notify, RAW_SEMG=notify, ORIENTATION=notify, INFERENCE=notify, REPORTS=notify, HAND_POSITION=command,
+                    CONTROL=write, CALIBRATION=read | write, MODEL_UPLOAD=write | command, PING=command)
     service = next(s for s in central.peer.services if s.uuid == IDS["SERVICE"])
     found = {c.uuid: int(c.properties) for c in service.characteristics}
     assert found == {IDS[name]: properties for name, properties in expected.items()}, found

@@ -10,7 +10,7 @@ import re
 import signal
 import socket
 
-from bumble import controller, core, hci, link, ll
+from bumble import att, controller, core, hci, link, ll, smp
 from bumble.host import Host
 from bumble.device import Device
 from bumble.transport import tcp_server
@@ -20,6 +20,11 @@ from bumble.transport.common import AsyncPipeSink
 WEARABLE = hci.Address("C7:0A:70:5E:00:01", hci.Address.RANDOM_DEVICE_ADDRESS)
 # Nothing on the virtual air takes this long; a machine under load may.
 PATIENCE_S = 30.0
+
+
+# Bumble describes every packet in words, also for a log that nobody reads: half of its time.
+for described in (hci.HCI_AclDataPacket, hci.HCI_Command, hci.HCI_Event, att.ATT_PDU, smp.SMP_Command):
+    described.__str__ = object.__repr__
 
 
 class Controller(controller.Controller):

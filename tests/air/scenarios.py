@@ -9,6 +9,7 @@ import time
 import traceback
 from pathlib import Path
 
+import hostile
 import links
 import streams
 from radio import Air
@@ -38,7 +39,7 @@ def main():
     streams.PACKETS = options.packets
     # Bumble warns of what the scenarios do on purpose.
     logging.disable(logging.CRITICAL)
-    scenarios = {scenario.__name__: scenario for scenario in links.SCENARIOS + streams.SCENARIOS}
+    scenarios = {scenario.__name__: scenario for scenario in links.SCENARIOS + streams.SCENARIOS + hostile.SCENARIOS}
     if options.list:
         print("\n".join(scenarios))
         return 0

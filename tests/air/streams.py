@@ -5,7 +5,7 @@ from itertools import pairwise
 
 from bumble import att
 
-from central import Central, first_scans, frame, gaps, keyboard, ready
+from central import Central, frame, gaps, keyboard, ready, stream_times_ms
 from links import wearable_drops
 from radio import PATIENCE_S
 
@@ -87,7 +87,7 @@ async def stalled_link(air):
     before = len(central.frames)
     wearable.radio.recover()
     await central.received(before + 60)
-    steps = [b - a for a, b in pairwise(first_scans(central.frames[before:]))]
+    steps = [b - a for a, b in pairwise(stream_times_ms(central.frames[before:]))]
     jump = next(i for i, step in enumerate(steps) if step > 10)
     # Three in the controller, one before it, two in the stack's queue, one in hand.
     assert jump < 7, steps

@@ -2,7 +2,10 @@
 #![allow(clippy::unwrap_used, reason = "read by tests only")]
 
 use tonus_shared::semg::quality::Quality;
-use tonus_shared::wire::{Header, MAX_FRAME_BYTES, Packet, Stream, StreamFlags, WireError, encode};
+use tonus_shared::wire::{
+    ActiveModel, Calibration, Control, Header, Kind, LastWords, MAX_FRAME_BYTES, ModelState,
+    ModelUpload, Muscle, Packet, Reception, Refusal, Reply, Stream, StreamFlags, WireError, encode,
+};
 
 /// The header of every golden frame.
 pub const HEADER: Header = Header {
@@ -86,4 +89,126 @@ pub fn golden_stream() -> Packet {
             .with(StreamFlags::BLENDING, false)
             .with(StreamFlags::NEAR_SINGULAR, true),
     })
+}
+
+/// The packets of the golden lines from `control_raw` on.
+#[must_use]
+pub fn golden_management() -> Vec<Packet> {
+    let controls = [
+        Control::Raw(true),
+        Control::SendCalibration,
+        Control::SendModelState,
+        Control::Restart {
+            boot_id: 0xFEDC_BA98,
+        },
+        Control::SendLastWords,
+    ];
+    let replies = [
+        (Kind::ModelUpload, 0x0506_0708, Ok(()), 4_320),
+        (Kind::Calibration, 7, Err(Refusal::OutOfRange), 0),
+    ];
+    let full = "x".repeat(128);
+    let words = ["main.rs:7: Größe 3 > 2 ⚠", full.as_str(), ""];
+    let mut packets: Vec<Packet> = controls.map(Packet::Control).into();
+    packets.extend(golden_calibrations().map(Packet::Calibration));
+    packets.extend(golden_uploads().map(Packet::ModelUpload));
+    packets.extend(golden_model_states().map(Packet::ModelState));
+    packets.extend(replies.map(|(answered, sequence, outcome, detail)| {
+        Packet::Reply(Reply {
+            answered,
+            sequence,
+            outcome,
+            detail,
+        })
+    }));
+    packets.extend(words.map(|words| {
+        Packet::LastWords(LastWords {
+            words: words.try_into().unwrap(),
+        })
+    }));
+    packets
+}
+
+/// The golden lines `calibration` and `calibration_8_no_notch`.
+#[must_use]
+pub fn golden_calibrations() -> [Calibration; 2] {
+    use Muscle::{Absent, BicepsLong, BicepsShort, Other, TricepsLateral, TricepsLong};
+    let four = [BicepsShort, BicepsLong, TricepsLateral, TricepsLong];
+    let [a, b, c, d] = four;
+    [
+        Calibration {
+            revision: 0x0A0B_0C0D,
+            channels: 4,
+            muscles: [a, b, c, d, Absent, Absent, Absent, Absent],
+            mains_hz: Some(60),
+            semg_hz: 1000.0,
+            rest_v: [1e-5, 2e-5, 0.0, 4e-6, 0.0, 0.0, 0.0, 0.0],
+            mvc_v: [5e-4, 6e-4, 7e-4, 8e-4, 0.0, 0.0, 0.0, 0.0],
+            activation_window_s: 0.025,
+            l1: 0.75,
+            l2: 1.5,
+            rest_stiffness_nm_per_rad: [13.0, 13.5, 12.0, 11.5],
+            body_mass_kg: 62.5,
+            body_height_m: 1.625,
+        },
+        Calibration {
+            revision: 0,
+            channels: 8,
+            muscles: [Other, Other, a, a, b, c, d, d],
+            mains_hz: None,
+            semg_hz: 2000.0,
+            rest_v: [0.125; 8],
+            mvc_v: [1.0; 8],
+            activation_window_s: 0.5,
+            l1: 0.0,
+            l2: 2.25,
+            rest_stiffness_nm_per_rad: [1.0, 2.0, 3.0, 4.0],
+            body_mass_kg: 20.0,
+            body_height_m: 2.5,
+        },
+    ]
+}
+
+fn golden_uploads() -> [ModelUpload; 5] {
+    [
+        ModelUpload::Begin {
+            total_bytes: 90_001,
+            sha256: std::array::from_fn(|at| 0x40 + at as u8),
+        },
+        ModelUpload::Piece {
+            offset_bytes: 0x0001_02F0,
+            bytes: [0x00, 0x01, 0xFE, 0xFF, 0x80].into_iter().collect(),
+        },
+        ModelUpload::Piece {
+            offset_bytes: 0,
+            bytes: (0..216).collect(),
+        },
+        ModelUpload::Finish,
+        ModelUpload::Abandon,
+    ]
+}
+
+fn golden_model_states() -> [ModelState; 2] {
+    [
+        ModelState {
+            active: Some(ActiveModel {
+                hash: [1, 2, 3, 4, 5, 6, 7, 8],
+                skills: 3,
+                dofs: 12,
+                functions: 30,
+                rank: 16,
+            }),
+            receiving: Some(Reception {
+                hash: [0x81, 0x82, 0x83, 0x84, 0x85, 0x86, 0x87, 0x88],
+                received_bytes: 4_320,
+                total_bytes: 90_001,
+            }),
+            capacity_bytes: 163_840,
+        },
+        ModelState {
+            active: None,
+            receiving: None,
+            capacity_bytes: 163_840,
+        },
+    ]
 }

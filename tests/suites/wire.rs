@@ -11,11 +11,13 @@ use std::process::{Command, Stdio};
 
 use serde_json::{Value, json};
 use tonus_shared::wire::{
-    CRC_BYTES, Configuration, HEADER_BYTES, HandPosition, Inference, MAX_RAW_COUNTS, Muscle,
-    Orientation, Packet, Ping, RawSemg, ResetReason, SkillPosterior, Status, StreamFlags, TABLE,
-    decode,
+    CRC_BYTES, Configuration, HEADER_BYTES, HandPosition, Inference, Kind, MAX_LAST_WORDS_BYTES,
+    MAX_PIECE_BYTES, MAX_RAW_COUNTS, Muscle, Orientation, Packet, Ping, RawSemg, Refusal, Reply,
+    ResetReason, SkillPosterior, Status, StatusFlags, StreamFlags, TABLE, decode,
 };
-use tonus_tests::frames::{HEADER, bytes_of, golden, golden_stream, quality};
+use tonus_tests::frames::{
+    HEADER, bytes_of, golden, golden_calibrations, golden_management, golden_stream, quality,
+};
 
 /// The packets that the golden script wrote, in its order.
 fn golden_packets() -> Vec<Packet> {
@@ -64,6 +66,14 @@ fn golden_packets() -> Vec<Packet> {
             refused: 4,
             dropped_packets: 5,
             quality: quality([0, 1, 2, 4, 8, 15, 0, 0]),
+            flags: StatusFlags::LOW_BATTERY
+                .with(StatusFlags::LAST_WORDS_WAIT, true)
+                .with(StatusFlags::FRONT_END_FAILED, false)
+                .with(StatusFlags::NO_MODEL, true),
+            dropped_hypotheses: 70_000,
+            refused_requests: 8,
+            links: 513,
+            lost_reports: 9,
         }),
         Packet::Status(Status {
             uptime_s: 1,
@@ -75,8 +85,16 @@ fn golden_packets() -> Vec<Packet> {
             refused: 0,
             dropped_packets: 0,
             quality: quality([0; 8]),
+            flags: StatusFlags::default(),
+            dropped_hypotheses: 0,
+            refused_requests: 0,
+            links: 0,
+            lost_reports: 0,
         }),
     ]
+    .into_iter()
+    .chain(golden_management())
+    .collect()
 }
 
 fn golden_configurations() -> [Configuration; 2] {
@@ -172,10 +190,61 @@ fn golden_json() -> Vec<Value> {
             "stiffness_n_per_m": [410.0, 380.5, 120.25]}),
         json!({"kind": "status", "uptime_s": 3_600, "battery_mv": 3_987, "reset_reason": "watchdog",
             "overruns": 1, "gaps": 2, "missed_scans": 30, "refused": 4, "dropped_packets": 5,
-            "quality": [0, 1, 2, 4, 8, 15, 0, 0]}),
+            "quality": [0, 1, 2, 4, 8, 15, 0, 0],
+            "flags": ["low_battery", "last_words_wait", "no_model"], "dropped_hypotheses": 70_000,
+            "refused_requests": 8, "links": 513, "lost_reports": 9}),
         json!({"kind": "status", "uptime_s": 1, "battery_mv": null, "reset_reason": "unknown",
             "overruns": 0, "gaps": 0, "missed_scans": 0, "refused": 0, "dropped_packets": 0,
-            "quality": [0, 0, 0, 0, 0, 0, 0, 0]}),
+            "quality": [0, 0, 0, 0, 0, 0, 0, 0], "flags": [], "dropped_hypotheses": 0,
+            "refused_requests": 0, "links": 0, "lost_reports": 0}),
+    ]
+    .into_iter()
+    .chain(golden_management_json())
+    .collect()
+}
+
+/// The same for the packets that set the wearable up.
+fn golden_management_json() -> Vec<Value> {
+    let exact = |value: f32| Value::from(f64::from(value));
+    let levels = |values: [f32; 4]| values.map(exact);
+    let bytes_hex = |bytes: std::ops::Range<u8>| bytes.map(|byte| format!("{byte:02x}"));
+    let [first, second] = golden_calibrations();
+    vec![
+        json!({"kind": "control", "command": "raw", "value": 1}),
+        json!({"kind": "control", "command": "send_calibration", "value": 0}),
+        json!({"kind": "control", "command": "send_model_state", "value": 0}),
+        json!({"kind": "control", "command": "restart", "value": 0xFEDC_BA98_u32}),
+        json!({"kind": "control", "command": "send_last_words", "value": 0}),
+        json!({"kind": "calibration", "revision": first.revision,
+            "muscles": ["biceps_short", "biceps_long", "triceps_lateral", "triceps_long"],
+            "mains_hz": 60, "semg_hz": 1000.0, "rest_v": levels([1e-5, 2e-5, 0.0, 4e-6]),
+            "mvc_v": levels([5e-4, 6e-4, 7e-4, 8e-4]), "activation_window_s": exact(0.025), "l1": 0.75, "l2": 1.5,
+            "rest_stiffness_nm_per_rad": [13.0, 13.5, 12.0, 11.5], "body_mass_kg": 62.5, "body_height_m": 1.625}),
+        json!({"kind": "calibration", "revision": second.revision,
+            "muscles": ["other", "other", "biceps_short", "biceps_short", "biceps_long", "triceps_lateral",
+                "triceps_long", "triceps_long"],
+            "mains_hz": null, "semg_hz": 2000.0, "rest_v": [0.125; 8], "mvc_v": [1.0; 8],
+            "activation_window_s": 0.5, "l1": 0.0, "l2": 2.25,
+            "rest_stiffness_nm_per_rad": [1.0, 2.0, 3.0, 4.0], "body_mass_kg": 20.0, "body_height_m": 2.5}),
+        json!({"kind": "model_upload", "step": "begin", "total_bytes": 90_001,
+            "sha256": bytes_hex(0x40..0x60).collect::<String>()}),
+        json!({"kind": "model_upload", "step": "piece", "offset_bytes": 66_288, "bytes": "0001feff80"}),
+        json!({"kind": "model_upload", "step": "piece", "offset_bytes": 0,
+            "bytes": bytes_hex(0..216).collect::<String>()}),
+        json!({"kind": "model_upload", "step": "finish"}),
+        json!({"kind": "model_upload", "step": "abandon"}),
+        json!({"kind": "model_state", "active": {"hash": "0102030405060708", "skills": 3, "dofs": 12,
+                "functions": 30, "rank": 16},
+            "receiving": {"hash": "8182838485868788", "received_bytes": 4_320, "total_bytes": 90_001},
+            "capacity_bytes": 163_840}),
+        json!({"kind": "model_state", "active": null, "receiving": null, "capacity_bytes": 163_840}),
+        json!({"kind": "reply", "answered": "model_upload", "answered_sequence": 0x0506_0708, "outcome": "done",
+            "reason": null, "detail": 4_320}),
+        json!({"kind": "reply", "answered": "calibration", "answered_sequence": 7, "outcome": "refused",
+            "reason": "out_of_range", "detail": 0}),
+        json!({"kind": "last_words", "words": "main.rs:7: Größe 3 > 2 ⚠"}),
+        json!({"kind": "last_words", "words": "x".repeat(128)}),
+        json!({"kind": "last_words", "words": ""}),
     ]
 }
 
@@ -221,7 +290,7 @@ fn the_golden_file_is_what_its_script_writes() {
 #[test]
 fn the_decoder_in_the_docs_reads_the_golden_frames() {
     let source = include_str!("../../docs/wire_decode.py");
-    assert!(source.lines().count() <= 40, "the page promises 40 lines");
+    assert!(source.lines().count() <= 60, "the page promises 60 lines");
     let hex: String = include_str!("../golden/wire_golden.txt")
         .lines()
         .map(|line| format!("{}\n", line.split_once(' ').unwrap().1))
@@ -261,6 +330,9 @@ fn field_bytes(kind: &str) -> usize {
         "u64" => 8,
         "i24 each" => 3 * MAX_RAW_COUNTS,
         "8 bytes" => 8,
+        "32 bytes" => 32,
+        "1 to 216 bytes" => MAX_PIECE_BYTES,
+        "0 to 128 bytes" => MAX_LAST_WORDS_BYTES,
         "4 x (u8, f32)" => 4 * (1 + 4),
         list => {
             let (count, each) = list
@@ -301,12 +373,26 @@ fn the_page_describes_every_byte() {
         let title = format!("\n## {} {}\n", row.kind as u8, row.name);
         let (_, section) = page.split_once(&title).unwrap();
         assert_eq!(documented_end(section), row.payload_max, "{}", row.name);
+        if row.kind == Kind::ModelUpload {
+            let (_, begin) = section.split_once("The beginning, ").unwrap();
+            let (_, end) = begin.split_once("The end, ").unwrap();
+            assert_eq!([documented_end(begin), documented_end(end)], [37, 1]);
+        }
     }
+}
+
+/// The last golden status.
+fn golden_status() -> Status {
+    let status = |packet| match packet {
+        Packet::Status(status) => Some(status),
+        _ => None,
+    };
+    golden_packets().into_iter().rev().find_map(status).unwrap()
 }
 
 /// The golden frames show three flags; here each bit by itself must have the name that page and decoder give it.
 #[test]
-fn every_flag_and_reset_reason_has_its_documented_number() {
+fn every_flag_and_reason_has_its_documented_number() {
     let page = include_str!("../../docs/wire.md");
     let flags = [
         (StreamFlags::HAND_SEEN, "hand_seen"),
@@ -326,6 +412,28 @@ fn every_flag_and_reset_reason_has_its_documented_number() {
         (ResetReason::Software, "software"),
         (ResetReason::Lockup, "lockup"),
         (ResetReason::Wake, "wake"),
+    ];
+    let problems = [
+        (StatusFlags::LOW_BATTERY, "low_battery"),
+        (StatusFlags::FRONT_END_FAILED, "front_end_failed"),
+        (
+            StatusFlags::ATTITUDE_SENSOR_FAILED,
+            "attitude_sensor_failed",
+        ),
+        (StatusFlags::LAST_WORDS_WAIT, "last_words_wait"),
+        (StatusFlags::NOT_CALIBRATED, "not_calibrated"),
+        (StatusFlags::NO_MODEL, "no_model"),
+    ];
+    let refusals = [
+        (Refusal::Malformed, "malformed"),
+        (Refusal::OutOfRange, "out_of_range"),
+        (Refusal::WrongState, "wrong_state"),
+        (Refusal::TooLarge, "too_large"),
+        (Refusal::HashMismatch, "hash_mismatch"),
+        (Refusal::WrongOffset, "wrong_offset"),
+        (Refusal::StorageFailed, "storage_failed"),
+        (Refusal::NotFitting, "not_fitting"),
+        (Refusal::Busy, "busy"),
     ];
     let (mut lines, mut expected) = (String::new(), Vec::new());
     let mut send = |packet: &Packet, key: &'static str, value: Value| {
@@ -347,11 +455,27 @@ fn every_flag_and_reset_reason_has_its_documented_number() {
     for (reset_reason, name) in resets {
         let told = format!("{} {}", reset_reason as u8, name.replace('_', " "));
         assert!(page.contains(&told), "docs/wire.md lacks `{told}`");
-        let Some(Packet::Status(mut status)) = golden_packets().pop() else {
-            unreachable!()
-        };
+        let mut status = golden_status();
         status.reset_reason = reset_reason;
         send(&Packet::Status(status), "reset_reason", json!(name));
+    }
+    for (flag, name) in problems {
+        let row = format!("| {} | {name} |", flag.bits().trailing_zeros());
+        assert!(page.contains(&row), "docs/wire.md lacks `{row}`");
+        let mut status = golden_status();
+        status.flags = flag;
+        send(&Packet::Status(status), "flags", json!([name]));
+    }
+    for (refusal, name) in refusals {
+        let row = format!("| {} | {name} |", refusal as u8);
+        assert!(page.contains(&row), "docs/wire.md lacks `{row}`");
+        let reply = Reply {
+            answered: Kind::Control,
+            sequence: 1,
+            outcome: Err(refusal),
+            detail: 0,
+        };
+        send(&Packet::Reply(reply), "reason", json!(name));
     }
     let printed = python(&["../docs/wire_decode.py"], &lines);
     assert_eq!(printed.lines().count(), expected.len());

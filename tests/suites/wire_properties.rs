@@ -7,9 +7,10 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use tonus_shared::wire::{
-    Arrival, Configuration, Frame, HandPosition, Header, Inference, Kind, MAX_FRAME_BYTES, Muscle,
-    Orientation, Packet, Ping, RawSemg, ResetReason, SequenceTracker, SkillPosterior, Status,
-    Stream, StreamFlags, TABLE, decode,
+    ActiveModel, Arrival, Calibration, Configuration, Control, Frame, HandPosition, Header,
+    Inference, Kind, LastWords, MAX_FRAME_BYTES, ModelState, ModelUpload, Muscle, Orientation,
+    Packet, Ping, RawSemg, Reception, Refusal, Reply, ResetReason, SequenceTracker, SkillPosterior,
+    Status, StatusFlags, Stream, StreamFlags, TABLE, VERSION, decode,
 };
 use tonus_tests::frames::{bytes_of, quality, sealed};
 use tonus_tests::seeded;
@@ -53,16 +54,132 @@ fn any_stream() -> impl Strategy<Value = Packet> {
         )
 }
 
-fn any_configuration() -> impl Strategy<Value = Packet> {
-    let muscle = prop_oneof![
+fn any_muscle() -> impl Strategy<Value = Muscle> {
+    prop_oneof![
         Just(Muscle::BicepsShort),
         Just(Muscle::BicepsLong),
         Just(Muscle::TricepsLateral),
         Just(Muscle::TricepsLong),
         Just(Muscle::Other),
-    ];
+    ]
+}
+
+fn any_calibration() -> impl Strategy<Value = Packet> {
     (
-        (1_u8..=8, uniform8(muscle)),
+        (1_u8..=8, uniform8(any_muscle()), any::<u32>()),
+        prop_oneof![Just(None), Just(Some(50)), Just(Some(60))],
+        (uniform8(0_f32..1.0), uniform8(0_f32..1.0)),
+        (1e-3_f32..1e5, 1e-6_f32..10.0, 0_f32..1e3, 1e-6_f32..1e6),
+        (uniform4(1e-6_f32..1e3), 1e-3_f32..1e3, 1e-3_f32..10.0),
+    )
+        .prop_map(|(map, mains_hz, (rest_v, mvc_v), curve, body)| {
+            let (channels, muscles, revision) = map;
+            let (semg_hz, activation_window_s, l1, l2) = curve;
+            let (rest_stiffness_nm_per_rad, body_mass_kg, body_height_m) = body;
+            Packet::Calibration(Calibration {
+                revision,
+                channels,
+                muscles: used_slots(channels, muscles),
+                mains_hz,
+                semg_hz,
+                rest_v: used_slots(channels, rest_v),
+                mvc_v: used_slots(channels, mvc_v),
+                activation_window_s,
+                l1,
+                l2,
+                rest_stiffness_nm_per_rad,
+                body_mass_kg,
+                body_height_m,
+            })
+        })
+}
+
+fn any_upload() -> impl Strategy<Value = Packet> {
+    let begin = (1_u32.., any::<[u8; 32]>()).prop_map(|(total_bytes, sha256)| ModelUpload::Begin {
+        total_bytes,
+        sha256,
+    });
+    let bytes = proptest::collection::vec(any::<u8>(), 1..=216);
+    let piece = (0..=u32::MAX - 216, bytes).prop_map(|(offset_bytes, bytes)| ModelUpload::Piece {
+        offset_bytes,
+        bytes: bytes.into_iter().collect(),
+    });
+    let end = prop_oneof![Just(ModelUpload::Finish), Just(ModelUpload::Abandon)];
+    prop_oneof![begin, piece, end].prop_map(Packet::ModelUpload)
+}
+
+fn any_model_state() -> impl Strategy<Value = Packet> {
+    let active =
+        (any::<[u8; 8]>(), uniform4(1_u8..)).prop_map(|(hash, [skills, dofs, functions, rank])| {
+            ActiveModel {
+                hash,
+                skills,
+                dofs,
+                functions,
+                rank,
+            }
+        });
+    let receiving = (any::<[u8; 8]>(), any::<[u32; 2]>());
+    (
+        proptest::option::of(active),
+        proptest::option::of(receiving),
+        1_u32..,
+    )
+        .prop_map(|(active, receiving, capacity_bytes)| {
+            let receiving = receiving.map(|(hash, [received, total])| {
+                let total_bytes = total % capacity_bytes + 1;
+                Reception {
+                    hash,
+                    received_bytes: received % total_bytes,
+                    total_bytes,
+                }
+            });
+            Packet::ModelState(ModelState {
+                active,
+                receiving,
+                capacity_bytes,
+            })
+        })
+}
+
+fn any_answer() -> impl Strategy<Value = Packet> {
+    let control = prop_oneof![
+        any::<bool>().prop_map(Control::Raw),
+        Just(Control::SendCalibration),
+        Just(Control::SendModelState),
+        any::<u32>().prop_map(|boot_id| Control::Restart { boot_id }),
+        Just(Control::SendLastWords),
+    ];
+    let outcome = prop_oneof![
+        Just(Ok(())),
+        Just(Err(Refusal::Malformed)),
+        Just(Err(Refusal::WrongState)),
+        Just(Err(Refusal::TooLarge)),
+        Just(Err(Refusal::HashMismatch)),
+        Just(Err(Refusal::StorageFailed)),
+        Just(Err(Refusal::NotFitting)),
+        Just(Err(Refusal::Busy)),
+    ];
+    let reply = (0..TABLE.len(), any::<[u32; 2]>(), outcome).prop_map(
+        |(row, [sequence, detail], outcome)| Reply {
+            answered: TABLE[row].kind,
+            sequence,
+            outcome,
+            detail,
+        },
+    );
+    // A message of any length, cut wherever 128 bytes end.
+    let words = any::<String>().prop_map(|text| LastWords::from_bytes(text.repeat(3).as_bytes()));
+    prop_oneof![
+        control.prop_map(Packet::Control),
+        reply.prop_map(Packet::Reply),
+        words.prop_map(Packet::LastWords),
+    ]
+}
+
+fn any_configuration() -> impl Strategy<Value = Packet> {
+    (
+        (1_u8..=8, uniform8(any_muscle())),
         (1_f32..1e5, 1_f32..1e4, 1e-9_f32..1.0),
         (any::<i32>(), any::<u32>()),
         (
@@ -164,11 +281,12 @@ fn any_small() -> impl Strategy<Value = Packet> {
         },
     );
     let status = (
-        any::<[u32; 6]>(),
+        any::<[u32; 9]>(),
         proptest::option::of(1_u16..),
         uniform8(0_u8..16).prop_map(quality),
+        (0_u8..64, any::<u16>()),
     )
-        .prop_map(|(n, battery_mv, quality)| {
+        .prop_map(|(n, battery_mv, quality, (flags, links))| {
             Packet::Status(Status {
                 uptime_s: n[0],
                 battery_mv,
@@ -179,6 +297,11 @@ fn any_small() -> impl Strategy<Value = Packet> {
                 refused: n[4],
                 dropped_packets: n[5],
                 quality,
+                flags: StatusFlags::from_bits(flags),
+                dropped_hypotheses: n[6],
+                refused_requests: n[7],
+                links,
+                lost_reports: n[8],
             })
         });
     prop_oneof![unit, hand, request, reply, status]
@@ -195,11 +318,12 @@ proptest! {
     /// A correct version, kind, length and checksum around random payloads: refused, or the very same bytes again.
     #[test]
     fn random_payloads_never_panic(
-        row in 0_usize..8,
+        row in 0_usize..TABLE.len(),
         header in any::<[u8; 16]>(),
         payload in proptest::collection::vec(any::<u8>(), 222),
         length in any::<prop::sample::Index>(),
         raw_shape in (1_u8..=8, 1_u8..=9),
+        step in 0_u8..4,
     ) {
         let row = TABLE[row];
         let mut length = row.payload_min + length.index(row.payload_max - row.payload_min + 1);
@@ -209,7 +333,19 @@ proptest! {
             payload[5] = raw_shape.1;
             length = 6 + 3 * usize::from(raw_shape.0) * usize::from(raw_shape.1);
         }
-        let mut body = vec![1, row.kind as u8];
+        match row.kind {
+            Kind::ModelUpload if step == 1 => payload[0] = 1,
+            Kind::ModelUpload => {
+                payload[0] = step;
+                length = if step == 0 { 37 } else { 1 };
+            }
+            Kind::LastWords => {
+                payload[0] = (length - 1) as u8;
+                payload[1..].iter_mut().for_each(|byte| *byte &= 0x7F);
+            }
+            _ => {}
+        }
+        let mut body = vec![VERSION, row.kind as u8];
         body.extend(header);
         body.extend(&payload[..length]);
         let bytes = sealed(body);
@@ -220,7 +356,8 @@ proptest! {
 
     #[test]
     fn a_packet_comes_back_as_it_went(
-        packet in prop_oneof![any_stream(), any_configuration(), any_raw(), any_inference(), any_small()],
+        packet in prop_oneof![any_stream(), any_configuration(), any_raw(), any_inference(), any_small(),
+            any_calibration(), any_upload(), any_model_state(), any_answer()],
         boot_id in any::<u32>(),
         sequence in any::<u32>(),
         device_us in any::<u64>(),
@@ -230,6 +367,26 @@ proptest! {
         prop_assert!(bytes.len() <= MAX_FRAME_BYTES);
         prop_assert_eq!(decode(&bytes).unwrap(), Frame { header, packet });
     }
+}
+
+#[test]
+fn last_words_are_cut_before_a_character() {
+    let kept = |bytes: &[u8]| LastWords::from_bytes(bytes).words.as_str().to_owned();
+    assert_eq!(kept(b"panicked at 7"), "panicked at 7");
+    assert_eq!(kept("ab\u{e9}".as_bytes()), "ab\u{e9}");
+    assert_eq!(kept(b"ab\xc3"), "ab", "half a character");
+    assert_eq!(
+        kept(b"ab\xffcd"),
+        "ab",
+        "what follows a broken byte is not trusted"
+    );
+    assert_eq!(kept(b"\xff"), "");
+    let long = format!("{}\u{26a0}\u{26a0}", "x".repeat(124));
+    assert_eq!(
+        kept(long.as_bytes()),
+        format!("{}\u{26a0}", "x".repeat(124)),
+        "127 bytes, no part of the next"
+    );
 }
 
 /// A link that loses 10 %, repeats 5 % and delays 10 % by up to five packets, across the wrap of the

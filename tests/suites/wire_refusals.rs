@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "test suite")]
 
 use tonus_shared::wire::{
-    Frame, HandPosition, Kind, MAX_FRAME_BYTES, Orientation, Packet, RawSemg, STREAM_FRAME_BYTES,
-    Stream, WireError, decode, encode,
+    Frame, HandPosition, Kind, MAX_FRAME_BYTES, ModelUpload, Orientation, Packet, RawSemg,
+    STREAM_FRAME_BYTES, Stream, WireError, decode, encode,
 };
 use tonus_tests::frames::{HEADER, bytes_of, crc32_bitwise, golden, golden_stream, sealed};
 
@@ -27,22 +27,22 @@ fn patched(name: &str, at: usize, bytes: &[u8]) -> Result<Frame, WireError> {
 fn each_refusal_has_its_type() {
     assert_eq!(decode(&[]), Err(WireError::TooShort { needed: 22, got: 0 }));
     assert_eq!(
-        decode(&[1; 21]),
+        decode(&[2; 21]),
         Err(WireError::TooShort {
             needed: 22,
             got: 21
         })
     );
-    assert_eq!(decode(&[2]), Err(WireError::UnknownVersion { got: 2 }));
+    assert_eq!(decode(&[1]), Err(WireError::UnknownVersion { got: 1 }));
     let stream = golden_body("stream");
     let mut next_version = stream.clone();
-    next_version[0] = 2;
+    next_version[0] = 3;
     assert_eq!(
         decode(&sealed(next_version)),
-        Err(WireError::UnknownVersion { got: 2 }),
+        Err(WireError::UnknownVersion { got: 3 }),
         "a valid frame of the next version says so"
     );
-    for number in [0, 9, 255] {
+    for number in [0, 15, 255] {
         let mut unknown = stream.clone();
         unknown[1] = number;
         assert_eq!(
@@ -85,7 +85,9 @@ fn each_refusal_has_its_type() {
 
 #[test]
 fn what_is_not_finite_is_refused_when_decoding() {
-    let fields: [(&str, &[usize]); 5] = [
+    let calibrated: Vec<usize> = (14..118).step_by(4).collect();
+    let fields: [(&str, &[usize]); 6] = [
+        ("calibration", &calibrated),
         ("configuration", &[0, 4, 8]),
         (
             "stream",
@@ -116,7 +118,7 @@ fn what_is_not_finite_is_refused_when_decoding() {
 
 #[test]
 fn what_cannot_be_is_refused_when_decoding() {
-    let cases: [(&str, usize, &[u8], &str); 31] = [
+    let cases: &[(&str, usize, &[u8], &str)] = &[
         ("configuration", 0, &0_f32.to_le_bytes(), "semg_hz"),
         ("configuration", 0, &(-200_f32).to_le_bytes(), "semg_hz"),
         ("configuration", 4, &0_f32.to_le_bytes(), "stream_hz"),
@@ -153,13 +155,161 @@ fn what_cannot_be_is_refused_when_decoding() {
         ("inference", 1, &[4], "top"),
         ("inference", 22, &1.5_f32.to_le_bytes(), "phase"),
         ("status", 6, &[7], "reset_reason"),
+        ("status", 35, &[64], "flags"),
+        ("status", 35, &[128], "flags"),
+        ("control_raw", 0, &[0], "value"),
+        ("control_send_calibration", 0, &[0], "command"),
+        ("control_send_calibration", 0, &[6], "command"),
+        ("control_raw", 1, &[2], "value"),
+        ("control_send_calibration", 1, &[1], "value"),
+        ("control_send_model_state", 4, &[1], "value"),
+        ("control_send_last_words", 2, &[1], "value"),
+        ("calibration", 4, &[0], "channels"),
+        ("calibration", 4, &[9], "channels"),
+        ("calibration", 4, &[3], "muscles"),
+        ("calibration", 5, &[6], "muscles"),
+        ("calibration", 13, &[55], "mains_hz"),
+        ("calibration", 14, &0_f32.to_le_bytes(), "semg_hz"),
+        ("calibration", 14, &1e6_f32.to_le_bytes(), "semg_hz"),
+        ("calibration", 18, &(-1e-6_f32).to_le_bytes(), "rest_v"),
+        ("calibration", 34, &1e-6_f32.to_le_bytes(), "rest_v"),
+        ("calibration", 50, &1.5_f32.to_le_bytes(), "mvc_v"),
+        ("calibration", 78, &1e-6_f32.to_le_bytes(), "mvc_v"),
+        (
+            "calibration",
+            82,
+            &0_f32.to_le_bytes(),
+            "activation_window_s",
+        ),
+        ("calibration", 86, &(-0.5_f32).to_le_bytes(), "l1"),
+        ("calibration", 90, &0_f32.to_le_bytes(), "l2"),
+        (
+            "calibration",
+            106,
+            &0_f32.to_le_bytes(),
+            "rest_stiffness_nm_per_rad",
+        ),
+        (
+            "calibration",
+            94,
+            &1_001_f32.to_le_bytes(),
+            "rest_stiffness_nm_per_rad",
+        ),
+        ("calibration", 110, &0_f32.to_le_bytes(), "body_mass_kg"),
+        ("calibration", 114, &175_f32.to_le_bytes(), "body_height_m"),
+        ("upload_begin", 0, &[4], "step"),
+        ("upload_begin", 1, &[0; 4], "total_bytes"),
+        ("upload_piece", 1, &[0xFF; 4], "offset_bytes"),
+        ("upload_finish", 0, &[255], "step"),
+        ("model_state", 0, &[2], "state"),
+        ("model_state", 0, &[0], "what describes no model"),
+        ("model_state", 9, &[0], "what describes no reception"),
+        ("model_state", 9, &[3], "receiving"),
+        ("model_state", 18, &[0xFF; 4], "received_bytes"),
+        ("model_state", 22, &[0; 4], "total_bytes"),
+        ("model_state", 26, &[0; 4], "total_bytes"),
+        ("model_state", 30, &[0], "skills"),
+        ("model_state", 31, &[0], "dofs"),
+        ("model_state", 32, &[0], "functions"),
+        ("model_state", 33, &[0], "rank"),
+        ("model_state_empty", 8, &[1], "what describes no model"),
+        ("model_state_empty", 33, &[1], "what describes no model"),
+        ("model_state_empty", 17, &[1], "what describes no reception"),
+        ("reply_done", 0, &[0], "answered kind"),
+        ("reply_done", 0, &[15], "answered kind"),
+        ("reply_done", 5, &[2], "outcome"),
+        ("reply_done", 6, &[1], "reason"),
+        ("reply_refused", 6, &[0], "reason"),
+        ("reply_refused", 6, &[10], "reason"),
+        ("last_words_full", 0, &[129], "length"),
     ];
     for (name, at, bytes, expected) in cases {
-        match patched(name, at, bytes) {
+        match patched(name, *at, bytes) {
             Err(WireError::OutOfRange { field, .. }) => {
-                assert_eq!(field, expected, "{name} at {at}")
+                assert_eq!(field, *expected, "{name} at {at}")
             }
             other => panic!("{name} at {at}: {other:?}"),
+        }
+    }
+}
+
+#[test]
+fn a_list_is_exactly_as_long_as_it_says() {
+    let cases = [
+        ("upload_begin", 0, 2, 23, 59),
+        ("upload_begin", 0, 3, 23, 59),
+        ("upload_finish", 0, 0, 59, 23),
+        ("upload_finish", 0, 1, 28, 23),
+        ("last_words", 0, 27, 50, 51),
+        ("last_words", 0, 0, 23, 51),
+        ("last_words_none", 0, 1, 24, 23),
+    ];
+    for (name, at, byte, expected, got) in cases {
+        let refused = patched(name, at, &[byte]);
+        let Err(WireError::WrongLength {
+            expected: told,
+            got: was,
+            ..
+        }) = refused
+        else {
+            panic!("{name}: {refused:?}")
+        };
+        assert_eq!((told, was), (expected, got), "{name}");
+    }
+    let mut longest = golden_body("upload_piece_full");
+    longest.push(0);
+    assert_eq!(
+        decode(&sealed(longest)),
+        Err(WireError::WrongLength {
+            kind: Kind::ModelUpload,
+            expected: 243,
+            got: 244
+        })
+    );
+}
+
+#[test]
+fn last_words_are_text() {
+    for (at, valid_up_to) in [(1, 0), (13, 12), (28, 25)] {
+        assert_eq!(
+            patched("last_words", at, &[0xFF]),
+            Err(WireError::NotText {
+                field: "words",
+                valid_up_to
+            })
+        );
+    }
+}
+
+#[test]
+fn what_no_step_of_an_upload_holds_is_refused_when_encoding() {
+    let cases = [
+        (
+            ModelUpload::Begin {
+                total_bytes: 0,
+                sha256: [0; 32],
+            },
+            "total_bytes",
+        ),
+        (
+            ModelUpload::Piece {
+                offset_bytes: 0,
+                bytes: [].into_iter().collect(),
+            },
+            "bytes",
+        ),
+        (
+            ModelUpload::Piece {
+                offset_bytes: u32::MAX,
+                bytes: [7].into_iter().collect(),
+            },
+            "offset_bytes",
+        ),
+    ];
+    for (step, expected) in cases {
+        match bytes_of(&HEADER, &Packet::ModelUpload(step)) {
+            Err(WireError::OutOfRange { field, .. }) => assert_eq!(field, expected),
+            other => panic!("{expected}: {other:?}"),
         }
     }
 }
@@ -237,7 +387,7 @@ fn refusals_say_what_to_do() {
     ];
     assert_eq!(
         said[0],
-        "protocol version 9, this side speaks 1: update the older of wearable and host"
+        "protocol version 9, this side speaks 2: update the older of wearable and host"
     );
     assert_eq!(
         said[1],

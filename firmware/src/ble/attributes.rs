@@ -23,18 +23,11 @@ use trouble_host::{
 /// the stack that can also be a central adds one to the GAP service.
 const ATTRIBUTES: usize = 5 + 1 + 3 + 7 + (1 + 5 * 2 + 5 * 3) + 2;
 
-const BATTERY_SERVICE: u16 = 0x180f;
-const BATTERY_LEVEL: u16 = 0x2a19;
-const DEVICE_INFORMATION_SERVICE: u16 = 0x180a;
-const MANUFACTURER_NAME: u16 = 0x2a29;
-const MODEL_NUMBER: u16 = 0x2a24;
-const FIRMWARE_REVISION: u16 = 0x2a26;
-
 pub(super) type Table<'v> = AttributeTable<'v, NoopRawMutex, ATTRIBUTES>;
 pub(super) type Server<'v, P, const HOSTS: usize> =
     trouble_host::prelude::AttributeServer<'v, NoopRawMutex, P, ATTRIBUTES, HOSTS>;
 /// The largest value of a characteristic: one frame.
-type Value = Vec<u8, MAX_FRAME_BYTES>;
+pub(super) type Value = Vec<u8, MAX_FRAME_BYTES>;
 type Builder<'r, 'v> = ServiceBuilder<'r, 'v, NoopRawMutex, ATTRIBUTES>;
 
 /// What a host may read about the wearable without pairing.
@@ -55,8 +48,8 @@ pub(super) struct Attributes {
     pub(super) orientation: Characteristic<[u8]>,
     pub(super) hand: Characteristic<[u8]>,
     pub(super) control: Characteristic<[u8]>,
-    /// Holds the newest calibration frame that the wearable gave out; that is what a host reads.
-    pub(super) calibration: Characteristic<[u8]>,
+    /// A host reads the frame that was shown last.
+    pub(super) calibration: Characteristic<Value>,
     pub(super) model: Characteristic<[u8]>,
     pub(super) inference: Characteristic<[u8]>,
     pub(super) reports: Characteristic<[u8]>,
@@ -78,11 +71,11 @@ impl Attributes {
         let mut service = table.add_service(Service::new(uuid(gatt::SERVICE)));
         let attributes = Self {
             stream: notified(&mut service, gatt::STREAM),
-            raw: notified(&mut service, gatt::RAW),
+            raw: notified(&mut service, gatt::RAW_SEMG),
             orientation: notified(&mut service, gatt::ORIENTATION),
             hand: written(
                 &mut service,
-                gatt::HAND,
+                gatt::HAND_POSITION,
                 &[CharacteristicProp::WriteWithoutResponse],
             ),
             control: written(&mut service, gatt::CONTROL, &[CharacteristicProp::Write]),
@@ -95,11 +88,10 @@ impl Attributes {
                 )
                 .read_permission(PermissionLevel::AuthenticationRequired)
                 .write_permission(PermissionLevel::AuthenticationRequired)
-                .to_raw()
                 .build(),
             model: written(
                 &mut service,
-                gatt::MODEL,
+                gatt::MODEL_UPLOAD,
                 &[
                     CharacteristicProp::Write,
                     CharacteristicProp::WriteWithoutResponse,
@@ -136,28 +128,34 @@ impl Attributes {
     /// The kind of frame that a host may write to the value `handle`; `None` where the stack itself takes
     /// what is written.
     pub(super) fn written(&self, handle: u16) -> Option<Kind> {
-        [(&self.hand, Kind::HandPosition), (&self.ping, Kind::Ping)]
-            .into_iter()
-            .find_map(|(characteristic, kind)| (characteristic.handle == handle).then_some(kind))
+        [
+            (self.hand.handle, Kind::HandPosition),
+            (self.control.handle, Kind::Control),
+            (self.calibration.handle, Kind::Calibration),
+            (self.model.handle, Kind::ModelUpload),
+            (self.ping.handle, Kind::Ping),
+        ]
+        .into_iter()
+        .find_map(|(value, kind)| (value == handle).then_some(kind))
     }
 }
 
 /// Battery and device information, for which no pairing is needed.
 fn open_to_all(table: &mut Table<'_>, device: &DeviceInformation) -> Characteristic<u8> {
-    let mut service = table.add_service(Service::new(BATTERY_SERVICE));
+    let mut service = table.add_service(Service::new(gatt::BATTERY_SERVICE));
     let battery = service
-        .add_characteristic_small(BATTERY_LEVEL, [CharacteristicProp::Read], 0_u8)
+        .add_characteristic_small(gatt::BATTERY_LEVEL, [CharacteristicProp::Read], 0_u8)
         .build();
     service.build();
-    let mut service = table.add_service(Service::new(DEVICE_INFORMATION_SERVICE));
+    let mut service = table.add_service(Service::new(gatt::DEVICE_INFORMATION_SERVICE));
     service
-        .add_characteristic_ro(MANUFACTURER_NAME, device.manufacturer)
+        .add_characteristic_ro(gatt::MANUFACTURER_NAME, device.manufacturer)
         .build();
     service
-        .add_characteristic_ro(MODEL_NUMBER, device.model)
+        .add_characteristic_ro(gatt::MODEL_NUMBER, device.model)
         .build();
     service
-        .add_characteristic_ro(FIRMWARE_REVISION, device.firmware)
+        .add_characteristic_ro(gatt::FIRMWARE_REVISION, device.firmware)
         .build();
     service.build();
     battery

@@ -217,6 +217,18 @@ impl<R: Fn(Notice)> Host<'_, '_, '_, R> {
         }
     }
 
+    /// Brings the value that a host is about to read up to date.
+    fn refresh(&self, handle: u16) -> Result<(), Error> {
+        if handle == self.attributes.battery.handle {
+            let percent = self.ports.battery_percent.load(Ordering::Relaxed).min(100);
+            self.link.set(&self.attributes.battery, &percent)?;
+        } else if handle == self.attributes.calibration.handle && self.is_authenticated() {
+            let frame = self.ports.calibration.get();
+            self.link.set(&self.attributes.calibration, &frame)?;
+        }
+        Ok(())
+    }
+
     /// Answers one request.
     async fn answer(&self, event: GattEvent<'_, '_, Pool>) {
         let reply = match event {
@@ -232,14 +244,10 @@ impl<R: Fn(Notice)> Host<'_, '_, '_, R> {
                 }
                 None => write.accept(),
             },
-            GattEvent::Read(read) => {
-                if read.handle() == self.attributes.battery.handle {
-                    let percent = self.ports.battery_percent.load(Ordering::Relaxed).min(100);
-                    // The attribute is one byte, and so is the value.
-                    let _ = self.link.set(&self.attributes.battery, &percent);
-                }
-                read.accept()
-            }
+            GattEvent::Read(read) => match self.refresh(read.handle()) {
+                Ok(()) => read.accept(),
+                Err(error) => Err(error),
+            },
             // A command gets no answer, not even a refusal.
             GattEvent::NotAllowed(refused)
                 if matches!(refused.payload().incoming(), AttClient::Command(_)) =>

@@ -75,8 +75,29 @@ fn every_kind_leaves_by_its_characteristic() {
             (Kind::Ping, &attributes.reports),
             (Kind::Inference, &attributes.inference),
             (Kind::Status, &attributes.reports),
+            (Kind::Calibration, &attributes.reports),
+            (Kind::ModelState, &attributes.reports),
+            (Kind::Reply, &attributes.reports),
+            (Kind::LastWords, &attributes.reports),
         ] {
             assert_eq!(attributes.notified(&[1, kind as u8]), expected, "{kind}");
+        }
+    });
+}
+
+#[test]
+fn every_written_characteristic_takes_its_kind_and_no_other_place_takes_any() {
+    with_table(|table, attributes| {
+        let expected = [
+            (attributes.hand.handle, Kind::HandPosition),
+            (attributes.control.handle, Kind::Control),
+            (attributes.calibration.handle, Kind::Calibration),
+            (attributes.model.handle, Kind::ModelUpload),
+            (attributes.ping.handle, Kind::Ping),
+        ];
+        for handle in 1..=u16::try_from(table.len()).unwrap() {
+            let kind = expected.iter().find(|(at, _)| *at == handle);
+            assert_eq!(attributes.written(handle), kind.map(|(_, kind)| *kind));
         }
     });
 }

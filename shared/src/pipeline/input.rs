@@ -1,6 +1,6 @@
 //! What comes in, placed in device time: scans, hand, attitude of the upper arm.
 
-use crate::wire::{QUATERNION_SLACK, ResetReason};
+use crate::wire::{QUATERNION_SLACK, ResetReason, StatusFlags};
 
 /// A hand or attitude older than this counts as not seen, us.
 pub(super) const MAX_AGE_US: u64 = 100_000;
@@ -54,15 +54,27 @@ pub enum InputError {
     },
 }
 
-/// What only the board knows of itself.
+/// What only the board knows of itself, all counted since it started.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Health {
     /// Battery, mV; none when not measured.
     pub battery_mv: Option<u16>,
     /// Why it last started.
     pub reset_reason: ResetReason,
-    /// Scans not processed in time since it started.
+    /// What is wrong, or awaits the host.
+    pub flags: StatusFlags,
+    /// Scans not processed in time.
     pub overruns: u32,
+    /// Packets replaced by newer ones after the pipeline had given them away.
+    pub dropped_packets: u32,
+    /// Reports that found no room to wait in.
+    pub lost_reports: u32,
+    /// Hypotheses that recognition dropped under load.
+    pub dropped_hypotheses: u32,
+    /// Requests of a host that were refused.
+    pub refused_requests: u32,
+    /// Times that a host connected.
+    pub links: u16,
 }
 
 /// Where a scan stands among the others.

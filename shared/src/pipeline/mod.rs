@@ -250,8 +250,16 @@ impl<const C: usize> Pipeline<C> {
             gaps: self.scans.gaps,
             missed_scans: self.scans.missed,
             refused: self.inputs.refused,
-            dropped_packets: self.outbox.dropped,
+            dropped_packets: self
+                .outbox
+                .dropped
+                .wrapping_add(self.health.dropped_packets),
             quality: signal::slots(self.signals.take_quality_since_status()),
+            flags: self.health.flags,
+            dropped_hypotheses: self.health.dropped_hypotheses,
+            refused_requests: self.health.refused_requests,
+            links: self.health.links,
+            lost_reports: self.health.lost_reports,
         }
     }
 

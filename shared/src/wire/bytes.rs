@@ -30,6 +30,13 @@ impl<'a> Writer<'a> {
         }
     }
 
+    /// A list whose length the packet tells elsewhere.
+    pub(super) fn slice(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            self.u8(*byte);
+        }
+    }
+
     pub(super) fn u8(&mut self, value: u8) {
         self.bytes([value]);
     }
@@ -91,6 +98,11 @@ impl<'a> Reader<'a> {
             })?;
         self.left = tail;
         Ok(*head)
+    }
+
+    /// All that is left.
+    pub(super) fn rest(&mut self) -> &'a [u8] {
+        core::mem::take(&mut self.left)
     }
 
     pub(super) fn u8(&mut self) -> Result<u8, WireError> {

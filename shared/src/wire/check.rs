@@ -4,10 +4,10 @@ use crate::semg::quality::Quality;
 
 use super::error::WireError;
 use super::packet::{
-    Configuration, HandPosition, Inference, Muscle, Orientation, Packet, Ping, RawSemg, Stream,
-    StreamFlags,
+    Calibration, Configuration, HandPosition, Inference, ModelState, ModelUpload, Muscle,
+    Orientation, Packet, Ping, RawSemg, Status, StatusFlags, Stream, StreamFlags,
 };
-use super::table::MAX_CHANNELS;
+use super::table::{MAX_CHANNELS, MAX_PIECE_BYTES};
 
 /// Stiffness of a hand, N/m: above this a number is an error, not an arm (measured arms: < 3 kN/m).
 pub const MAX_STIFFNESS_N_PER_M: f32 = 1e6;
@@ -23,6 +23,18 @@ pub const MAX_CO_CONTRACTION: f32 = 1e3;
 pub(crate) const QUATERNION_SLACK: f32 = 1e-3;
 /// How far rounding may lift a log probability above zero.
 const LOG_POSTERIOR_SLACK: f32 = 1e-3;
+/// Scans per second: above this a rate is an error.
+const MAX_RATE_HZ: f32 = 1e5;
+/// An envelope at an electrode of more than this is an error, V.
+const MAX_LEVEL_V: f32 = 1.0;
+/// An activation window of more than this is an error, s.
+const MAX_WINDOW_S: f32 = 10.0;
+/// Joint stiffness at rest: above this a number is an error, N m/rad.
+const MAX_JOINT_STIFFNESS_NM_PER_RAD: f32 = 1e3;
+/// Slope of the co-contraction curve: above this it is a step.
+const MAX_SLOPE: f32 = 1e6;
+/// No person is heavier, kg, or taller, m.
+const MAX_BODY: (f32, f32) = (1e3, 10.0);
 /// Counts of the widest converter: 24 bits, signed.
 const COUNT_RANGE: (i32, i32) = (-(1 << 23), (1 << 23) - 1);
 
@@ -37,7 +49,12 @@ impl Packet {
             Self::HandPosition(packet) => hand_position(packet),
             Self::Ping(packet) => ping(packet),
             Self::Inference(packet) => inference(packet),
-            Self::Status(_) => Ok(()),
+            Self::Status(packet) => status(packet),
+            Self::Calibration(packet) => calibration(packet),
+            Self::ModelUpload(packet) => model_upload(packet),
+            Self::ModelState(packet) => model_state(packet),
+            // Their types hold nothing else.
+            Self::Control(_) | Self::Reply(_) | Self::LastWords(_) => Ok(()),
         }
     }
 }
@@ -82,17 +99,27 @@ fn channels(channels: u8) -> Result<usize, WireError> {
 }
 
 fn configuration(packet: &Configuration) -> Result<(), WireError> {
-    positive("semg_hz", packet.semg_hz, 1e5)?;
+    positive("semg_hz", packet.semg_hz, MAX_RATE_HZ)?;
     positive("stream_hz", packet.stream_hz, 1e4)?;
     positive("volts_per_count", packet.volts_per_count, 1.0)?;
-    let used = channels(packet.channels)?;
-    for (slot, muscle) in packet.muscles.iter().enumerate() {
+    muscles(packet.channels, &packet.muscles)?;
+    mains(packet.mains_hz)
+}
+
+/// Exactly the slots from `channels` on are absent. Gives the number of channels.
+fn muscles(count: u8, muscles: &[Muscle; MAX_CHANNELS]) -> Result<usize, WireError> {
+    let used = channels(count)?;
+    for (slot, muscle) in muscles.iter().enumerate() {
         if (*muscle == Muscle::Absent) != (slot >= used) {
             let (low, high) = if slot < used { (1, 5) } else { (0, 0) };
             return Err(out_of_range("muscles", *muscle as u8, low, high));
         }
     }
-    match packet.mains_hz {
+    Ok(used)
+}
+
+fn mains(mains_hz: Option<u8>) -> Result<(), WireError> {
+    match mains_hz {
         None | Some(50 | 60) => Ok(()),
         Some(hz) => Err(out_of_range("mains_hz", hz, 50, 60)),
     }
@@ -217,4 +244,93 @@ fn inference(packet: &Inference) -> Result<(), WireError> {
     }
     within("phase", packet.phase, 0.0, 1.0)?;
     stiffness(packet.stiffness_n_per_m)
+}
+
+fn status(packet: &Status) -> Result<(), WireError> {
+    let bits = packet.flags.bits();
+    if bits & !StatusFlags::KNOWN != 0 {
+        return Err(out_of_range("flags", bits, 0, StatusFlags::KNOWN));
+    }
+    Ok(())
+}
+
+fn calibration(packet: &Calibration) -> Result<(), WireError> {
+    let used = muscles(packet.channels, &packet.muscles)?;
+    mains(packet.mains_hz)?;
+    positive("semg_hz", packet.semg_hz, MAX_RATE_HZ)?;
+    for (slot, (rest, mvc)) in packet.rest_v.into_iter().zip(packet.mvc_v).enumerate() {
+        let limit = if slot < used { MAX_LEVEL_V } else { 0.0 };
+        within("rest_v", rest, 0.0, limit)?;
+        within("mvc_v", mvc, 0.0, limit)?;
+    }
+    positive(
+        "activation_window_s",
+        packet.activation_window_s,
+        MAX_WINDOW_S,
+    )?;
+    within("l1", packet.l1, 0.0, MAX_CO_CONTRACTION)?;
+    positive("l2", packet.l2, MAX_SLOPE)?;
+    for stiffness in packet.rest_stiffness_nm_per_rad {
+        positive(
+            "rest_stiffness_nm_per_rad",
+            stiffness,
+            MAX_JOINT_STIFFNESS_NM_PER_RAD,
+        )?;
+    }
+    let (max_mass_kg, max_height_m) = MAX_BODY;
+    positive("body_mass_kg", packet.body_mass_kg, max_mass_kg)?;
+    positive("body_height_m", packet.body_height_m, max_height_m)
+}
+
+fn model_upload(packet: &ModelUpload) -> Result<(), WireError> {
+    match packet {
+        ModelUpload::Begin { total_bytes: 0, .. } => {
+            Err(out_of_range("total_bytes", 0, 1, u32::MAX))
+        }
+        ModelUpload::Piece { bytes, .. } if bytes.is_empty() => {
+            Err(out_of_range("bytes", 0, 1, MAX_PIECE_BYTES as f64))
+        }
+        ModelUpload::Piece {
+            offset_bytes,
+            bytes,
+        } => {
+            let room = u32::MAX - bytes.len() as u32;
+            if *offset_bytes > room {
+                return Err(out_of_range("offset_bytes", *offset_bytes, 0, room));
+            }
+            Ok(())
+        }
+        ModelUpload::Begin { .. } | ModelUpload::Finish | ModelUpload::Abandon => Ok(()),
+    }
+}
+
+fn model_state(packet: &ModelState) -> Result<(), WireError> {
+    if let Some(active) = &packet.active {
+        for (field, size) in [
+            ("skills", active.skills),
+            ("dofs", active.dofs),
+            ("functions", active.functions),
+            ("rank", active.rank),
+        ] {
+            if size == 0 {
+                return Err(out_of_range(field, size, 1, u8::MAX));
+            }
+        }
+    }
+    let Some(receiving) = &packet.receiving else {
+        return Ok(());
+    };
+    let total = receiving.total_bytes;
+    if total == 0 || total > packet.capacity_bytes {
+        return Err(out_of_range("total_bytes", total, 1, packet.capacity_bytes));
+    }
+    if receiving.received_bytes > total {
+        return Err(out_of_range(
+            "received_bytes",
+            receiving.received_bytes,
+            0,
+            total,
+        ));
+    }
+    Ok(())
 }

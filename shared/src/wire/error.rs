@@ -67,6 +67,16 @@ pub enum WireError {
         /// Largest value allowed.
         high: f64,
     },
+    /// Text that is not UTF-8.
+    #[error(
+        "`{field}` is no UTF-8 after byte {valid_up_to}: cut it before a character, not within"
+    )]
+    NotText {
+        /// Name of the field.
+        field: &'static str,
+        /// How many bytes of it are.
+        valid_up_to: usize,
+    },
     /// The caller's buffer is smaller than the frame.
     #[error("the frame needs {needed} bytes, the buffer has {got}: use MAX_FRAME_BYTES")]
     BufferTooSmall {

@@ -1,5 +1,7 @@
 //! The bytes of each payload, field by field: `put` writes what `take` reads.
 
+mod management;
+
 use heapless::Vec;
 
 use crate::semg::quality::Quality;
@@ -9,7 +11,7 @@ use super::check::out_of_range;
 use super::error::WireError;
 use super::packet::{
     Configuration, HandPosition, Inference, Muscle, Orientation, Packet, Ping, RawSemg,
-    ResetReason, SkillPosterior, Status, Stream, StreamFlags,
+    ResetReason, SkillPosterior, Status, StatusFlags, Stream, StreamFlags,
 };
 use super::table::{Kind, MAX_CHANNELS, MAX_RAW_COUNTS, MAX_SKILLS, row, whole};
 
@@ -17,6 +19,8 @@ use super::table::{Kind, MAX_CHANNELS, MAX_RAW_COUNTS, MAX_SKILLS, row, whole};
 pub(super) fn payload_bytes(packet: &Packet) -> usize {
     match packet {
         Packet::RawSemg(raw) => raw_payload_bytes(raw.counts.len()),
+        Packet::ModelUpload(step) => management::upload_payload_bytes(step),
+        Packet::LastWords(last) => management::words_payload_bytes(last.words.len()),
         other => row(other.kind()).payload_max,
     }
 }
@@ -39,6 +43,12 @@ pub(super) fn put(packet: &Packet, out: &mut Writer<'_>) {
         Packet::Ping(packet) => put_ping(*packet, out),
         Packet::Inference(packet) => put_inference(packet, out),
         Packet::Status(packet) => put_status(packet, out),
+        Packet::Control(packet) => management::put_control(*packet, out),
+        Packet::Calibration(packet) => management::put_calibration(packet, out),
+        Packet::ModelUpload(packet) => management::put_upload(packet, out),
+        Packet::ModelState(packet) => management::put_model_state(packet, out),
+        Packet::Reply(packet) => management::put_reply(packet, out),
+        Packet::LastWords(packet) => management::put_words(packet, out),
     }
 }
 
@@ -55,6 +65,12 @@ pub(super) fn take(kind: Kind, input: &mut Reader<'_>, length: usize) -> Result<
         Kind::Ping => Packet::Ping(take_ping(input)?),
         Kind::Inference => Packet::Inference(take_inference(input)?),
         Kind::Status => Packet::Status(take_status(input)?),
+        Kind::Control => Packet::Control(management::take_control(input)?),
+        Kind::Calibration => Packet::Calibration(management::take_calibration(input)?),
+        Kind::ModelUpload => Packet::ModelUpload(management::take_upload(input, length)?),
+        Kind::ModelState => Packet::ModelState(management::take_model_state(input)?),
+        Kind::Reply => Packet::Reply(management::take_reply(input)?),
+        Kind::LastWords => Packet::LastWords(management::take_words(input, length)?),
     })
 }
 
@@ -286,6 +302,11 @@ fn put_status(packet: &Status, out: &mut Writer<'_>) {
     out.u32(packet.refused);
     out.u32(packet.dropped_packets);
     out.bytes(packet.quality.map(Quality::bits));
+    out.u8(packet.flags.bits());
+    out.u32(packet.dropped_hypotheses);
+    out.u32(packet.refused_requests);
+    out.u16(packet.links);
+    out.u32(packet.lost_reports);
 }
 
 fn take_status(input: &mut Reader<'_>) -> Result<Status, WireError> {
@@ -308,5 +329,10 @@ fn take_status(input: &mut Reader<'_>) -> Result<Status, WireError> {
         refused: input.u32()?,
         dropped_packets: input.u32()?,
         quality: take_quality(input)?,
+        flags: StatusFlags::from_bits(input.u8()?),
+        dropped_hypotheses: input.u32()?,
+        refused_requests: input.u32()?,
+        links: input.u16()?,
+        lost_reports: input.u32()?,
     })
 }

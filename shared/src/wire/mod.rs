@@ -21,11 +21,13 @@ pub use check::{MAX_CO_CONTRACTION, MAX_ENVELOPE, MAX_STIFFNESS_N_PER_M};
 pub use error::WireError;
 pub use frame::{Frame, Header, decode, encode};
 pub use packet::{
-    Configuration, HandPosition, Inference, Muscle, Orientation, Packet, Ping, RawSemg,
-    ResetReason, SkillPosterior, Status, Stream, StreamFlags,
+    ActiveModel, Calibration, Configuration, Control, HandPosition, Inference, LastWords,
+    ModelState, ModelUpload, Muscle, Orientation, Packet, Ping, RawSemg, Reception, Refusal, Reply,
+    ResetReason, SkillPosterior, Status, StatusFlags, Stream, StreamFlags,
 };
 pub use sequence::{Arrival, SequenceCounts, SequenceTracker};
 pub use table::{
-    CRC_BYTES, HEADER_BYTES, Kind, MAX_CHANNELS, MAX_FRAME_BYTES, MAX_RAW_COUNTS, MAX_SKILLS,
-    MIN_ATT_MTU, Row, STREAM_FRAME_BYTES, TABLE, VERSION,
+    CRC_BYTES, HEADER_BYTES, Kind, MAX_CHANNELS, MAX_FRAME_BYTES, MAX_LAST_WORDS_BYTES,
+    MAX_PIECE_BYTES, MAX_RAW_COUNTS, MAX_SKILLS, MIN_ATT_MTU, Row, STREAM_FRAME_BYTES, TABLE,
+    VERSION,
 };

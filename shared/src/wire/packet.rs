@@ -1,10 +1,17 @@
 //! What each packet means. Sizes stand in `table`, bytes in `layout`, limits in `check`.
 
+mod management;
+
 use heapless::Vec;
 
 use crate::semg::quality::Quality;
 
 use super::table::{Kind, MAX_CHANNELS, MAX_RAW_COUNTS, MAX_SKILLS};
+
+pub use management::{
+    ActiveModel, Calibration, Control, LastWords, ModelState, ModelUpload, Reception, Refusal,
+    Reply,
+};
 
 /// One packet of any kind. A receiver matches it exhaustively, so that a new kind stops compiling
 /// wherever it must be handled.
@@ -30,6 +37,18 @@ pub enum Packet {
     Inference(Inference),
     /// Battery, losses, quality.
     Status(Status),
+    /// What a host asks.
+    Control(Control),
+    /// The person's levels and arm.
+    Calibration(Calibration),
+    /// A step of sending a model.
+    ModelUpload(ModelUpload),
+    /// The models held.
+    ModelState(ModelState),
+    /// What became of a request.
+    Reply(Reply),
+    /// The message of the last panic.
+    LastWords(LastWords),
 }
 
 impl Packet {
@@ -45,6 +64,12 @@ impl Packet {
             Self::Ping(_) => Kind::Ping,
             Self::Inference(_) => Kind::Inference,
             Self::Status(_) => Kind::Status,
+            Self::Control(_) => Kind::Control,
+            Self::Calibration(_) => Kind::Calibration,
+            Self::ModelUpload(_) => Kind::ModelUpload,
+            Self::ModelState(_) => Kind::ModelState,
+            Self::Reply(_) => Kind::Reply,
+            Self::LastWords(_) => Kind::LastWords,
         }
     }
 }
@@ -269,6 +294,52 @@ pub enum ResetReason {
     Wake = 6,
 }
 
+/// What is wrong with the wearable, or awaits the host.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StatusFlags(u8);
+
+impl StatusFlags {
+    /// The battery will soon be empty.
+    pub const LOW_BATTERY: Self = Self(1 << 0);
+    /// The converter does not answer, or answers nonsense.
+    pub const FRONT_END_FAILED: Self = Self(1 << 1);
+    /// The attitude sensor does not answer, or answers nonsense.
+    pub const ATTITUDE_SENSOR_FAILED: Self = Self(1 << 2);
+    /// The message of a panic can be asked for.
+    pub const LAST_WORDS_WAIT: Self = Self(1 << 3);
+    /// No calibration is stored: levels and arm are illustrative.
+    pub const NOT_CALIBRATED: Self = Self(1 << 4);
+    /// No model is stored: nothing is recognised.
+    pub const NO_MODEL: Self = Self(1 << 5);
+
+    /// Every bit that has a meaning.
+    pub(super) const KNOWN: u8 = (1 << 6) - 1;
+
+    /// The flags as on the wire; reserved bits are refused when a frame is encoded or decoded.
+    #[must_use]
+    pub const fn from_bits(bits: u8) -> Self {
+        Self(bits)
+    }
+
+    /// The bits as on the wire.
+    #[must_use]
+    pub const fn bits(self) -> u8 {
+        self.0
+    }
+
+    /// Whether all flags of `other` are set.
+    #[must_use]
+    pub const fn contains(self, other: Self) -> bool {
+        self.0 & other.0 == other.0
+    }
+
+    /// These flags, and `other` if `on`.
+    #[must_use]
+    pub const fn with(self, other: Self, on: bool) -> Self {
+        if on { Self(self.0 | other.0) } else { self }
+    }
+}
+
 /// How the wearable fares; all counters count since it started and wrap.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Status {
@@ -290,4 +361,14 @@ pub struct Status {
     pub dropped_packets: u32,
     /// Warnings raised on each channel since the last status.
     pub quality: [Quality; MAX_CHANNELS],
+    /// What is wrong, or awaits the host.
+    pub flags: StatusFlags,
+    /// Hypotheses that recognition dropped under load.
+    pub dropped_hypotheses: u32,
+    /// Requests of a host that were refused, unreadable ones included.
+    pub refused_requests: u32,
+    /// Times that a host connected.
+    pub links: u16,
+    /// Replies and other reports that found no room to wait in.
+    pub lost_reports: u32,
 }

@@ -23,7 +23,7 @@ use tokio::{
     net::TcpStream,
 };
 use tonus_firmware::{
-    ble::{self, DeviceInformation, PairingWindow, Ports},
+    ble::{self, DeviceInformation, PairingWindow, Ports, Shown},
     inbox::Inbox,
     outbox::Outbox,
 };
@@ -90,11 +90,13 @@ async fn main() -> Result<(), Failure> {
         SerialTransport::new(FromTokio::new(from), FromTokio::new(to));
     let controller: ExternalController<_, COMMANDS> = ExternalController::new(transport);
 
-    let (outbox, inbox, window) = (Outbox::new(), Inbox::new(), PairingWindow::new());
+    let (outbox, inbox) = (Outbox::new(), Inbox::new());
+    let (calibration, window) = (Shown::new(), PairingWindow::new());
     let battery_percent = AtomicU8::new(87);
     let ports = Ports {
         outbox: &outbox,
         inbox: &inbox,
+        calibration: &calibration,
         window: &window,
         battery_percent: &battery_percent,
         device: DeviceInformation {
@@ -112,7 +114,7 @@ async fn main() -> Result<(), Failure> {
             Err(Failure::Controller(format!("{error:?}")))
         }
         never = wearer.wear(options.stream_hz) => match never {},
-        never = wearer.handle(&inbox) => match never {},
+        never = wearer.handle(&inbox, &calibration) => match never {},
         ended = obey(&window, &inbox) => Ok(ended?),
     }
 }

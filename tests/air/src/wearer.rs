@@ -5,6 +5,7 @@ use std::cell::RefCell;
 use embassy_time::{Instant, Timer};
 use rand::{RngExt, SeedableRng, rngs::StdRng};
 use tonus_firmware::{
+    ble::Shown,
     inbox::Inbox,
     outbox::{EncodedFrame, Outbox},
 };
@@ -15,7 +16,7 @@ use tonus_shared::{
     sample::{AdcScale, AdcScaleError, Scan},
     semg::chain::ChainConfig,
     stiffness::ArmStiffness,
-    wire::{Frame, MAX_FRAME_BYTES, Muscle, Packet, Ping},
+    wire::{Frame, MAX_FRAME_BYTES, Muscle, Packet, Ping, Refusal, Reply},
 };
 
 const CHANNELS: usize = 4;
@@ -99,29 +100,54 @@ impl<'a> Wearer<'a> {
         self.pipeline.borrow_mut().next_frame()
     }
 
-    /// Takes what a host wrote, and answers it.
-    pub(crate) async fn handle(&self, inbox: &Inbox) -> std::convert::Infallible {
+    /// Takes what a host wrote, and answers it. The calibration is kept in memory; there is none for models.
+    pub(crate) async fn handle(&self, inbox: &Inbox, shown: &Shown) -> std::convert::Infallible {
         loop {
             let Frame { header, packet } = inbox.take().await;
-            println!("taken {} {}", packet.kind(), header.sequence);
-            let now_us = Instant::now().as_micros();
-            if let Packet::Ping(Ping::Request { id, requested_us }) = packet {
-                self.answer(
-                    Packet::Ping(Ping::Reply {
+            let answered = packet.kind();
+            println!("taken {answered} {}", header.sequence);
+            let outcome = match packet {
+                Packet::Ping(Ping::Request { id, requested_us }) => {
+                    let now_us = Instant::now().as_micros();
+                    self.answer(Packet::Ping(Ping::Reply {
                         id,
                         requested_us,
                         received_us: now_us,
                         replied_us: now_us,
-                    }),
-                    now_us,
-                );
-            }
+                    }));
+                    continue;
+                }
+                Packet::HandPosition(_) => continue,
+                Packet::Calibration(_) => {
+                    let mut bytes = [0; MAX_FRAME_BYTES];
+                    let frame = self.number(packet);
+                    match frame.encode(&mut bytes) {
+                        Ok(length) => {
+                            shown.show(&bytes[..length].iter().copied().collect());
+                            Ok(())
+                        }
+                        Err(_) => Err(Refusal::OutOfRange),
+                    }
+                }
+                Packet::ModelUpload(_) => Err(Refusal::StorageFailed),
+                _ => Ok(()),
+            };
+            self.answer(Packet::Reply(Reply {
+                answered,
+                sequence: header.sequence,
+                outcome,
+                detail: 0,
+            }));
         }
     }
 
-    fn answer(&self, packet: Packet, device_us: u64) {
-        let frame = self.pipeline.borrow_mut().number(packet, device_us);
-        self.put(&frame);
+    fn number(&self, packet: Packet) -> Frame {
+        let now_us = Instant::now().as_micros();
+        self.pipeline.borrow_mut().number(packet, now_us)
+    }
+
+    fn answer(&self, packet: Packet) {
+        self.put(&self.number(packet));
     }
 
     fn put(&self, frame: &Frame) {
