@@ -57,7 +57,7 @@ def spoil(rng, name, number):
 
 async def garbage_writes(air):
     """Ten thousand writes that are no frames, or not where they belong: each is refused and counted, none changes
-    the calibration, and the stream goes on without a gap."""
+    the calibration, and the stream goes on: the newest is sent whenever the answers leave room."""
     wearable = await air.wearable()
     central = await ready(air, wearable)
     assert await central.write("CALIBRATION", good("CALIBRATION", 1)) is None
@@ -80,8 +80,9 @@ async def garbage_writes(air):
     assert wearable.said("taken") == ["taken calibration 1"], wearable.said("taken")
     assert bytes(await central.of("CALIBRATION").read_value()) == before
     await central.received(10, "stream")
-    assert gaps(central.frames) == 0
-    assert not wearable.said("notice (Disconnected|Restarted|Dropped)"), wearable.lines[-12:]
+    missing = gaps(central.frames)
+    assert missing <= len(central.frames) / 100, f"{missing} of {len(central.frames)} missing, {wearable.said('notice')}"
+    assert not wearable.said("notice (Disconnected|Restarted|Dropped|Withheld)"), wearable.lines[-12:]
     # A good one is still taken.
     await central.write_command("PING", ping(99_999))
     await wearable.says("taken ping 99999")
