@@ -12,7 +12,13 @@ use panic_probe as _;
 use embassy_executor::{InterruptExecutor, Spawner};
 use embassy_nrf::interrupt;
 use nrf_sdc::{SoftdeviceController, mpsl::MultiprotocolServiceLayer};
-use tonus_firmware::{ble, outbox::Outbox, signal_path::SignalPath};
+use tonus_firmware::{
+    acquisition::{BUFFER_SCANS, PERIOD_US, RATE_HZ, ScanClock},
+    ble,
+    outbox::Outbox,
+    signal_path::SignalPath,
+};
+use tonus_shared::pipeline;
 use trouble_host::Address;
 
 /// Runs the signal path above the thread: pairing computes on a curve for hundreds of milliseconds there,
@@ -82,15 +88,32 @@ async fn serve(controller: SoftdeviceController<'static>, address: Address) {
 /// Runs in [`SIGNAL_PATH`], below every hardware interrupt and above all else.
 #[embassy_executor::task]
 async fn acquire(parts: board::FrontEnd, boot_id: u32) {
-    let Ok(mut signal_path) = SignalPath::new(boot_id) else {
-        defmt::error!("the signal path's constants are impossible");
+    let Ok(adc) = front_end::scale() else {
+        defmt::error!("the front end's constants are impossible");
         return;
     };
+    let wearable = pipeline::Board {
+        boot_id,
+        firmware_hash: [0; 8],
+        adc,
+        rates_hz: &[RATE_HZ],
+    };
+    let calibration = pipeline::illustrative(front_end::MUSCLES, RATE_HZ);
+    let Ok(mut signal_path) = SignalPath::new(wearable, &calibration) else {
+        defmt::error!("the illustrative calibration is impossible on this board");
+        return;
+    };
+    let mut clock = ScanClock::new(PERIOD_US, BUFFER_SCANS as u32);
     front_end::convert(parts, |seen_us, buffer| {
-        match signal_path.buffer_full(seen_us, buffer, &OUTBOX) {
-            Ok(block) if block.lost > 0 => defmt::warn!("{} scans lost", block.lost),
-            Ok(_) => {}
-            Err(_) => defmt::error!("a frame could not be encoded"),
+        let block = clock.buffer_full(seen_us);
+        if block.lost > 0 {
+            defmt::warn!("{} scans lost", block.lost);
+        }
+        if signal_path
+            .buffer_full(block, PERIOD_US, buffer, &OUTBOX)
+            .is_err()
+        {
+            defmt::error!("a packet could not be left for the radio");
         }
     })
     .await;

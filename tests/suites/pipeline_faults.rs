@@ -324,6 +324,8 @@ fn a_slow_link_gets_the_newest_and_the_loss_is_counted() {
         battery_mv: Some(3_700),
         reset_reason: ResetReason::PowerOn,
         overruns: 3,
+        dropped_packets: 20,
+        ..Health::default()
     };
     wearer.pipeline.set_health(health);
     let frames = take(&mut wearer.pipeline);
@@ -332,7 +334,7 @@ fn a_slow_link_gets_the_newest_and_the_loss_is_counted() {
     let status = last_status(&frames).unwrap();
     assert_eq!(
         (status.dropped_packets, status.uptime_s, status.overruns),
-        (100, 1, 3)
+        (120, 1, 3)
     );
     assert_eq!(
         (status.battery_mv, status.reset_reason),

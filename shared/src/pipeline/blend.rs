@@ -67,6 +67,13 @@ impl<S: Copy + PartialEq> Blend<S> {
         self.last
     }
 
+    /// What was followed is no longer what it was: the next tick comes from another source.
+    pub(super) fn leave_source(&mut self) {
+        if self.following != Following::Nothing {
+            self.following = Following::Held;
+        }
+    }
+
     /// Whether the stiffness is still on its way.
     pub(super) fn under_way(&self) -> bool {
         self.remaining > 0

@@ -107,12 +107,8 @@ impl<const C: usize> PipelineConfig<C> {
             }
             *slot = config.muscle;
         }
-        let (min_count, max_count) = self.adc.rails();
-        if self.raw && (min_count < -(1 << 23) || max_count >= 1 << 23) {
-            return Err(PipelineError::RawRange {
-                min_count,
-                max_count,
-            });
+        if self.raw {
+            check_raw(&self.adc)?;
         }
         Ok(Configuration {
             semg_hz: f32::of(self.chain.rate_hz),
@@ -130,6 +126,18 @@ impl<const C: usize> PipelineConfig<C> {
             firmware_hash: self.firmware_hash,
         })
     }
+}
+
+/// Whether a converter's counts fit the raw packet.
+pub(super) fn check_raw(adc: &AdcScale) -> Result<(), PipelineError> {
+    let (min_count, max_count) = adc.rails();
+    if min_count < -(1 << 23) || max_count >= 1 << 23 {
+        return Err(PipelineError::RawRange {
+            min_count,
+            max_count,
+        });
+    }
+    Ok(())
 }
 
 /// Whole microseconds of a delay, which is not negative and below an hour.

@@ -146,6 +146,15 @@ impl Scans {
         Ok(Placement { missed, long_gap })
     }
 
+    /// The filters start anew and remember a disturbance for `memory_us`: what comes is marked as after a long gap,
+    /// but no gap is counted.
+    pub(super) fn restart(&mut self, memory_us: u32) {
+        self.memory_us = u64::from(memory_us);
+        if let Some(now_us) = self.newest_us() {
+            self.settled_us = now_us.saturating_add(self.memory_us);
+        }
+    }
+
     /// Device time of the newest scan.
     pub(super) fn newest_us(&self) -> Option<u64> {
         self.newest.map(|(_, newest_us)| newest_us)

@@ -14,17 +14,19 @@
 
 mod arm;
 mod blend;
+mod calibration;
 mod config;
 mod input;
 mod outbox;
 mod schedule;
 mod signal;
 
+pub use calibration::{Board, CalibrationError, illustrative};
 pub use config::{ChannelConfig, DEFAULT_ACTIVATION_WINDOW_S, PipelineConfig, PipelineError};
 pub use input::{Health, InputError};
 pub use schedule::STREAM_HZ;
 
-use crate::sample::Scan;
+use crate::sample::{AdcScale, Scan};
 use crate::stiffness::ArmStiffness;
 use crate::wire::{
     Configuration, Frame, Header, MAX_CHANNELS, MAX_STIFFNESS_N_PER_M, Orientation, Packet, Status,
@@ -46,6 +48,7 @@ pub struct Pipeline<const C: usize> {
     boot_id: u32,
     sequence: u32,
     configuration: Configuration,
+    adc: AdcScale,
     arm_stiffness: ArmStiffness<f32>,
     describes_before_us: u32,
     scans: Scans,
@@ -73,6 +76,7 @@ impl<const C: usize> Pipeline<C> {
             boot_id: config.boot_id,
             sequence: 0,
             configuration: config.packet(chain_delay_us)?,
+            adc: config.adc,
             arm_stiffness: config.arm,
             describes_before_us: config::microseconds(signals.delay_s()),
             scans: Scans::new(config::microseconds(signals.memory_s())),
@@ -85,6 +89,46 @@ impl<const C: usize> Pipeline<C> {
             outbox: Outbox::new(config.raw),
             health: Health::default(),
         })
+    }
+
+    /// Changes over to other filters, levels and arm, and goes on numbering.
+    ///
+    /// The filters start anew, as after a long gap: until they have settled the activation is held at what was last
+    /// believed, and flagged. The stiffness goes over to the new arm's without a step. Counters, device time and
+    /// boot id stay (the configuration's boot id is not looked at), and a configuration packet is due.
+    ///
+    /// # Errors
+    /// As [`Self::new`]; nothing has changed then.
+    pub fn reconfigure(&mut self, config: &PipelineConfig<C>) -> Result<(), PipelineError> {
+        let mut signals = Signals::new(config)?;
+        let (arm, _) = Arm::new(&config.arm)?;
+        self.configuration = config.packet(config::microseconds(signals.chain_delay_s()))?;
+        signals.take_over(&self.signals);
+        self.describes_before_us = config::microseconds(signals.delay_s());
+        self.scans.restart(config::microseconds(signals.memory_s()));
+        self.signals = signals;
+        self.arm = arm;
+        self.arm_stiffness = config.arm;
+        self.blend.leave_source();
+        self.schedule.set_rate(config.chain.rate_hz);
+        self.adc = config.adc;
+        self.outbox.set_raw(config.raw);
+        self.outbox.configuration = true;
+        Ok(())
+    }
+
+    /// Whether raw sEMG goes out from now on; a configuration packet that says so is due.
+    ///
+    /// # Errors
+    /// [`PipelineError::RawRange`] when the converter's counts do not fit the packet; nothing has changed then.
+    pub fn set_raw(&mut self, raw: bool) -> Result<(), PipelineError> {
+        if raw {
+            config::check_raw(&self.adc)?;
+        }
+        self.configuration.raw = raw;
+        self.outbox.set_raw(raw);
+        self.outbox.configuration = true;
+        Ok(())
     }
 
     /// Takes one scan; afterwards [`Self::next_frame`] gives what is due.

@@ -55,6 +55,15 @@ impl Outbox {
         replace(&mut self.orientation, orientation, &mut self.dropped);
     }
 
+    /// Raw packets, or none; one that was filling is forgotten with the wish for it.
+    pub(super) fn set_raw(&mut self, wanted: bool) {
+        self.raw_wanted = wanted;
+        if !wanted {
+            self.raw_filling.value.counts.clear();
+            self.raw_full = None;
+        }
+    }
+
     /// Adds a scan to the raw packet that fills up; a gap or the packet's end closes it.
     pub(super) fn raw<const C: usize>(&mut self, scan: &Scan<C>, after_gap: bool) {
         if !self.raw_wanted {

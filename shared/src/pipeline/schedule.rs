@@ -40,6 +40,13 @@ impl Schedule {
         }
     }
 
+    /// Goes on at another rate from where the phase stands.
+    pub(super) fn set_rate(&mut self, rate_hz: f64) {
+        let rate_mhz = libm::round(rate_hz * 1e3) as u64;
+        self.phase = self.phase * rate_mhz / self.rate_mhz.max(1);
+        self.rate_mhz = rate_mhz;
+    }
+
     /// Advances by one scan and the `missed` ones before it: the grid stays, several ticks at once are one packet.
     pub(super) fn advance(&mut self, missed: u32) -> Due {
         self.phase += (u64::from(missed) + 1) * STEP;
@@ -73,6 +80,23 @@ mod tests {
             assert_eq!(due.configuration, scan % 200 == 0);
             assert_eq!(due.status, scan % 200 == 100);
         }
+    }
+
+    #[test]
+    fn another_rate_keeps_the_grid_of_time() {
+        let mut schedule = Schedule::new(1_000.0);
+        let before = (0..15).filter(|_| schedule.advance(0).stream).count();
+        assert_eq!(before, 2, "at 0 and 10 ms");
+        // 14 ms have passed; at 500 scans a second the next tick, 20 ms, is the third scan away, then every fifth.
+        schedule.set_rate(500.0);
+        let ticks: [bool; 13] = core::array::from_fn(|_| schedule.advance(0).stream);
+        let expected: [bool; 13] = core::array::from_fn(|scan| scan % 5 == 2);
+        assert_eq!(ticks, expected);
+        let mut same = Schedule::new(1_234.5);
+        same.advance(0);
+        let unchanged = same;
+        same.set_rate(1_234.5);
+        assert_eq!(same.phase, unchanged.phase);
     }
 
     #[test]

@@ -138,6 +138,18 @@ impl<const C: usize> Signals<C> {
         }
     }
 
+    /// Begins where others ended: what was last believed stands until these have settled.
+    pub(super) fn take_over(&mut self, others: &Self) {
+        self.lead_off = others.lead_off;
+        self.newest_activation = others.newest_activation;
+        for (channel, other) in self.channels.iter_mut().zip(&others.channels) {
+            channel.believed = other.believed;
+            channel.sound = other.sound;
+            channel.envelope = other.envelope;
+            channel.warnings_since_status = other.warnings_since_status;
+        }
+    }
+
     /// One scan. While `settling`, no envelope is believed. Gives the number of samples refused.
     pub(super) fn step(&mut self, counts: &[i32; C], settling: bool) -> u32 {
         let mut refused = 0;

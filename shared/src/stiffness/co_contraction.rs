@@ -1,6 +1,6 @@
 //! Co-contraction index and joint stiffness (eq. 8 and 7).
 
-use super::ParameterError;
+use super::{ILLUSTRATIVE, ParameterError};
 use crate::Real;
 
 /// Eq. 8: `c = 1 + l1 (1 - exp(-l2 e)) / (1 + exp(-l2 e)) = 1 + l1 tanh(l2 e / 2)`, from 1 to `1 + l1`.
@@ -28,13 +28,11 @@ impl<T: Real> CoContraction<T> {
         Ok(Self { l1, l2 })
     }
 
-    /// Illustrative parameters, of no particular person: with them and
-    /// [`ArmStiffness::illustrative`](super::ArmStiffness::illustrative) the joints go from 12 to 22 N
-    /// m/rad over the activation's range.
+    /// The curve of [`ILLUSTRATIVE`].
     pub(super) fn illustrative() -> Self {
         Self {
-            l1: T::of(0.7),
-            l2: T::of(1.5),
+            l1: T::of(ILLUSTRATIVE.l1),
+            l2: T::of(ILLUSTRATIVE.l2),
         }
     }
 

@@ -41,6 +41,6 @@ pub use arm::{ArmPosture, ELBOW_MAX_RAD, ElbowSource, GRAVITY_M_S2};
 pub use cartesian::{BLEND_RAD, cartesian_stiffness};
 pub use co_contraction::CoContraction;
 pub use error::{ParameterError, PostureError, StiffnessError};
-pub use person::{ArmStiffness, Stiffness};
+pub use person::{ArmStiffness, ILLUSTRATIVE, Parameters, Stiffness};
 pub use posture::{ASSUMED_ELBOW_RAD, REACH_TOLERANCE};
 pub use segments::Segments;

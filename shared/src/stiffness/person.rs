@@ -18,6 +18,32 @@ pub struct ArmStiffness<T: Real> {
     segments: Segments<T>,
 }
 
+/// **Illustrative** parameters, of no particular person: 75 kg, 1.75 m, 13 N m/rad about the two axes across the upper
+/// arm and 12 about its length and at the elbow when at rest, 20 to 22 when tense. Calibrate before reading absolute
+/// numbers off them.
+pub const ILLUSTRATIVE: Parameters = Parameters {
+    l1: 0.7,
+    l2: 1.5,
+    rest_stiffness_nm_per_rad: [13.0, 13.0, 12.0, 12.0],
+    body_mass_kg: 75.0,
+    body_height_m: 1.75,
+};
+
+/// The numbers that an [`ArmStiffness`] is made of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Parameters {
+    /// Gain of eq. 8, dimensionless.
+    pub l1: f64,
+    /// Slope of eq. 8, per unit of activation.
+    pub l2: f64,
+    /// `Kbar` of eq. 7, the diagonal, N m/rad: three of the shoulder, elbow.
+    pub rest_stiffness_nm_per_rad: [f64; 4],
+    /// kg.
+    pub body_mass_kg: f64,
+    /// m.
+    pub body_height_m: f64,
+}
+
 /// Stiffness of an arm at one instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stiffness<T: Real> {
@@ -56,14 +82,11 @@ impl<T: Real> ArmStiffness<T> {
         })
     }
 
-    /// **Illustrative** parameters, of no particular person: 75 kg, 1.75 m, 13 N m/rad about the two axes
-    /// across the upper arm and 12 about its length and at the elbow when at rest, 20 to 22 when tense.
-    /// Calibrate before reading absolute numbers off them.
+    /// The arm of [`ILLUSTRATIVE`].
     pub fn illustrative() -> Self {
-        let (across, other) = (T::of(13.0), T::of(12.0));
         Self {
             co_contraction: CoContraction::illustrative(),
-            rest_stiffness: Vector4::new(across, across, other, other),
+            rest_stiffness: Vector4::from(ILLUSTRATIVE.rest_stiffness_nm_per_rad.map(T::of)),
             segments: Segments::illustrative(),
         }
     }

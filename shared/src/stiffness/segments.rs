@@ -1,6 +1,6 @@
 //! Arm segments by body mass and height.
 
-use super::ParameterError;
+use super::{ILLUSTRATIVE, ParameterError};
 use crate::Real;
 
 /// One segment's share of the body.
@@ -63,9 +63,12 @@ impl<T: Real> Segments<T> {
         Ok(Self::scaled(mass_kg, height_m))
     }
 
-    /// Illustrative: 75 kg and 1.75 m.
+    /// The person of [`ILLUSTRATIVE`].
     pub(super) fn illustrative() -> Self {
-        Self::scaled(T::of(75.0), T::of(1.75))
+        Self::scaled(
+            T::of(ILLUSTRATIVE.body_mass_kg),
+            T::of(ILLUSTRATIVE.body_height_m),
+        )
     }
 
     fn scaled(mass_kg: T, height_m: T) -> Self {

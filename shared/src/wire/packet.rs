@@ -357,7 +357,7 @@ pub struct Status {
     pub missed_scans: u32,
     /// Scans, positions and attitudes refused as impossible.
     pub refused: u32,
-    /// Packets that were replaced by newer ones before they could be sent.
+    /// Packets that were replaced by newer ones before they could be sent, those without a host included.
     pub dropped_packets: u32,
     /// Warnings raised on each channel since the last status.
     pub quality: [Quality; MAX_CHANNELS],
