@@ -149,7 +149,10 @@ mod tests {
             sequence: id,
             device_us: 0,
         };
-        let packet = Packet::Ping(Ping::Request { id, requested_us: 0 });
+        let packet = Packet::Ping(Ping::Request {
+            id,
+            requested_us: 0,
+        });
         let mut bytes = [0; MAX_FRAME_BYTES];
         let length = wire::encode(&header, &packet, &mut bytes).unwrap();
         heapless::Vec::from_slice(&bytes[..length]).unwrap()

@@ -32,6 +32,11 @@ KINDS = dict(configuration=1, stream=2, raw=3, orientation=4, hand=5, ping=6, in
 NOTIFIED = ["STREAM", "RAW_SEMG", "ORIENTATION", "INFERENCE", "REPORTS"]
 WRITTEN = ["HAND_POSITION", "CONTROL", "CALIBRATION", "MODEL_UPLOAD", "PING"]
 
+# What docs/wire.md has from its payload's first byte on: four channels at 1 kHz, a notch at 50 Hz.
+CALIBRATION = struct.pack(
+    "<IB8sBf8f8ff2f4f2f", 7, 4, bytes([1, 2, 3, 4, 0, 0, 0, 0]), 50, 1000.0,
+    *[1e-5] * 4, *[0.0] * 4, *[5e-4] * 4, *[0.0] * 4, 0.025, 0.5, 3.0, 20.0, 20.0, 20.0, 15.0, 75.0, 1.8)
+
 
 def frame(kind, payload, sequence=0, boot_id=0xB007, device_us=0):
     """The bytes of one frame, by docs/wire.md."""
@@ -39,8 +44,20 @@ def frame(kind, payload, sequence=0, boot_id=0xB007, device_us=0):
     return body + struct.pack("<I", zlib.crc32(body))
 
 
-def ping(sequence):
-    return frame("ping", struct.pack("<BIQQQ", 0, sequence, 1_000, 0, 0), sequence)
+def good(name, number):
+    """A frame that belongs to this characteristic."""
+    payloads = dict(
+        HAND_POSITION=("hand", struct.pack("<B3f", 1, 0.1, 0.2, 0.3)),
+        CONTROL=("control", struct.pack("<BI", 2, 0)),
+        CALIBRATION=("calibration", CALIBRATION),
+        MODEL_UPLOAD=("model", bytes([2])),
+        PING=("ping", struct.pack("<BIQQQ", 0, number, 1_000, 0, 0)))
+    kind, payload = payloads[name]
+    return frame(kind, payload, number)
+
+
+def ping(number):
+    return good("PING", number)
 
 
 class Delegate(PairingDelegate):

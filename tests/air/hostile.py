@@ -6,29 +6,13 @@ import random
 import struct
 import zlib
 
-from central import KINDS, VERSION, WRITTEN, Central, frame, gaps, ping, ready
+from central import CALIBRATION, KINDS, VERSION, WRITTEN, Central, frame, gaps, good, ping, ready
 from streams import back
 
 WRITES = 10_000
 # With the read that ends it no more than the stack's queue of requests holds, so that each is looked at.
 BATCH = 7
 SEED = 0x5EED
-
-CALIBRATION = struct.pack(
-    "<IB8sBf8f8ff2f4f2f", 7, 4, bytes([1, 2, 3, 4, 0, 0, 0, 0]), 50, 1000.0,
-    *[1e-5] * 4, *[0.0] * 4, *[5e-4] * 4, *[0.0] * 4, 0.025, 0.5, 3.0, 20.0, 20.0, 20.0, 15.0, 75.0, 1.8)
-
-
-def good(name, number):
-    """A frame that belongs to this characteristic."""
-    payloads = dict(
-        HAND_POSITION=("hand", struct.pack("<B3f", 1, 0.1, 0.2, 0.3)),
-        CONTROL=("control", struct.pack("<BI", 2, 0)),
-        CALIBRATION=("calibration", CALIBRATION),
-        MODEL_UPLOAD=("model", bytes([2])),
-        PING=("ping", struct.pack("<BIQQQ", 0, number, 1_000, 0, 0)))
-    kind, payload = payloads[name]
-    return frame(kind, payload, number)
 
 
 def spoil(rng, name, number):

@@ -5,7 +5,7 @@ import asyncio
 from bumble import att
 from bumble.gatt_client import UUID
 
-from central import IDS, NOTIFIED, WRITTEN, Central, just_works, keyboard, ping, ready
+from central import CALIBRATION, IDS, KINDS, NOTIFIED, WRITTEN, Central, good, just_works, keyboard, ping, ready, sequence
 from radio import radio_of
 
 AUTHENTICATION = att.ATT_INSUFFICIENT_AUTHENTICATION_ERROR
@@ -159,10 +159,23 @@ async def permissions_after_passkey(air):
         # The values themselves are open to nobody.
         assert await central.request(
             att.ATT_Read_Request(attribute_handle=central.of(name).handle)) == att.ATT_READ_NOT_PERMITTED_ERROR, name
-    calibration = central.of("CALIBRATION").handle
-    assert await central.request(att.ATT_Read_Request(attribute_handle=calibration)) is None
-    await central.write_command("PING", ping(77))
-    await wearable.says("taken ping 77")
+    # The illustrative calibration, as a frame.
+    shown = bytes(await central.of("CALIBRATION").read_value())
+    assert len(shown) == 140 and shown[1] == KINDS["calibration"] and sequence(shown) == 0, shown.hex()
+    # A request of each kind is taken, and answered among the reports.
+    await central.subscribe("REPORTS")
+    for number, (name, kind) in enumerate(dict(CONTROL="control", CALIBRATION="calibration", MODEL_UPLOAD="model",
+                                               HAND_POSITION="hand", PING="ping").items()):
+        await central.write_command(name, good(name, number))
+        await wearable.says(f"taken .* {number}$")
+        if kind in ("control", "calibration", "model"):
+            replies = await central.received(1, "reply")
+            assert replies[-1][18] == KINDS[kind] and replies[-1][19:23] == number.to_bytes(4, "little"), replies
+        if kind == "ping":
+            answer = (await central.received(1, "ping"))[-1]
+            assert answer[19:23] == number.to_bytes(4, "little"), answer.hex()
+        central.forget()
+    assert bytes(await central.of("CALIBRATION").read_value())[18:-4] == CALIBRATION
 
 
 async def spoofed_address(air):

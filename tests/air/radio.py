@@ -64,8 +64,11 @@ class Controller(controller.Controller):
         else:
             self.held.append(packet)
 
-    def on_hci_le_remove_device_from_resolving_list_command(self, _command):
-        return hci.HCI_StatusReturnParameters(hci.HCI_ErrorCode.SUCCESS)
+    def on_hci_le_remove_device_from_resolving_list_command(self, command):
+        """The stock controller never answers this one either."""
+        self.send_hci_packet(hci.HCI_Command_Complete_Event(
+            num_hci_command_packets=1, command_opcode=command.op_code,
+            return_parameters=hci.HCI_StatusReturnParameters(hci.HCI_ErrorCode.SUCCESS)))
 
     def on_hci_le_set_phy_command(self, command):
         """The stock controller never answers this one."""
@@ -97,18 +100,18 @@ class Air:
         self.wearables = []
         self.hosts = 0
 
-    async def wearable(self, *options, **radio):
+    async def wearable(self, *options, **oddities):
         """Starts the wearable's program, and waits until it advertises."""
         listening = socket.socket()
         listening.bind(("127.0.0.1", 0))
         port = listening.getsockname()[1]
         transport = await tcp_server.open_tcp_server_transport_with_socket(listening)
         radio = Controller("wearable", host_source=transport.source, host_sink=transport.sink, link=self.link,
-                           **radio)
+                           **oddities)
         process = await asyncio.create_subprocess_exec(
             os.environ["TONUS_AIR"], f"127.0.0.1:{port}", "--bonds", str(self.folder / "bonds"), *options,
             stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.STDOUT)
-        wearable = Wearable(process, transport, radio)
+        wearable = Wearable(process, transport, radio, oddities)
         self.wearables.append(wearable)
         await wearable.says("notice Advertising")
         return wearable
@@ -149,11 +152,12 @@ class Air:
 class Wearable:
     """The program: its console, its button."""
 
-    def __init__(self, process, transport, radio):
+    def __init__(self, process, transport, radio, oddities):
         self.process = process
         self.stopped = False
         self.transport = transport
         self.radio = radio
+        self.oddities = oddities
         self.lines = []
         self.read = 0
         self.keys_read = 0

@@ -26,6 +26,12 @@ async def run(scenario):
             for wearable in air.wearables:
                 assert wearable.is_running() or wearable.stopped, f"the wearable ended: {wearable.lines[-12:]}"
                 assert not wearable.said(".*panicked"), wearable.lines[-12:]
+                if "answers_phy" not in wearable.oddities:
+                    assert not wearable.said("notice (Restarted|NotGranted|RequestFailed)"), wearable.lines
+        except BaseException:
+            for wearable in air.wearables:
+                print("  the wearable said:", *wearable.lines[-15:], sep="\n    ")
+            raise
         finally:
             await air.close()
 
@@ -54,7 +60,7 @@ def main():
         try:
             asyncio.run(run(scenarios[name]))
             print(f"ok {name} ({time.monotonic() - started:.1f} s)", flush=True)
-        except Exception as error:  # Whatever it is, the scenario failed.
+        except (Exception, asyncio.CancelledError) as error:  # Whatever it is, the scenario failed.
             failed.append(name)
             traceback.print_exception(error, limit=-4)
             print(f"FAILED {name}: {error!r}", flush=True)

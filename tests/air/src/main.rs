@@ -107,14 +107,14 @@ async fn main() -> Result<(), Failure> {
     };
     let mut bonds = bonds::FileBonds::new(options.bonds);
     let report = |notice| println!("notice {notice:?}");
-    let wearer = Wearer::new(std::process::id(), &outbox)?;
+    let wearer = Wearer::new(std::process::id(), &outbox, &calibration)?;
     tokio::select! {
         ended = ble::run(&controller, Address::random(ADDRESS), &ports, &mut bonds, report) => {
             let Err(error) = ended;
             Err(Failure::Controller(format!("{error:?}")))
         }
         never = wearer.wear(options.stream_hz) => match never {},
-        never = wearer.handle(&inbox, &calibration) => match never {},
+        never = wearer.handle(&inbox) => match never {},
         ended = obey(&window, &inbox) => Ok(ended?),
     }
 }

@@ -1,29 +1,33 @@
-//! Who wears it: seeded noise for sEMG through the shared pipeline, and answers to what a host writes.
+//! Who wears it: seeded noise for sEMG through the wearable's signal path, and answers to what a host writes.
 
-use std::cell::RefCell;
+use std::{cell::RefCell, convert::Infallible};
 
-use embassy_time::{Instant, Timer};
+use embassy_time::{Duration, Instant, Timer};
 use rand::{RngExt, SeedableRng, rngs::StdRng};
-use tonus_firmware::{
-    ble::Shown,
-    inbox::Inbox,
-    outbox::{EncodedFrame, Outbox},
-};
+use tonus_firmware::{ble::Shown, inbox::Inbox, outbox::Outbox, signal_path::SignalPath};
 use tonus_shared::{
-    pipeline::{
-        ChannelConfig, DEFAULT_ACTIVATION_WINDOW_S, Pipeline, PipelineConfig, PipelineError,
-    },
+    pipeline::{self, Board, CalibrationError},
     sample::{AdcScale, AdcScaleError, Scan},
-    semg::chain::ChainConfig,
-    stiffness::ArmStiffness,
-    wire::{Frame, MAX_FRAME_BYTES, Muscle, Packet, Ping, Refusal, Reply},
+    wire::{
+        self, Calibration, Control, Frame, Header, Kind, MAX_FRAME_BYTES, ModelState, Muscle,
+        Packet, Ping, Refusal, Reply,
+    },
 };
 
 const CHANNELS: usize = 4;
+const MUSCLES: [Muscle; CHANNELS] = [
+    Muscle::BicepsShort,
+    Muscle::BicepsLong,
+    Muscle::TricepsLateral,
+    Muscle::TricepsLong,
+];
 const SCAN_HZ: u32 = 1000;
 const SCAN_PERIOD_US: u64 = 1_000_000 / SCAN_HZ as u64;
 /// Scans behind one stream packet.
 const SCANS_PER_STREAM: u32 = SCAN_HZ / 100;
+/// Counts of a 24-bit converter, and its volts.
+const COUNTS: (i32, i32) = (-(1 << 23), (1 << 23) - 1);
+const VOLTS_PER_COUNT: f64 = 1e-7;
 const SEED: u64 = 0x7013;
 /// Counts of the noise, far from the converter's rails.
 const NOISE_COUNTS: i32 = 2_000;
@@ -33,47 +37,44 @@ pub(crate) enum WearerError {
     #[error(transparent)]
     Scale(#[from] AdcScaleError),
     #[error(transparent)]
-    Pipeline(#[from] PipelineError),
+    Calibration(#[from] CalibrationError),
 }
 
 pub(crate) struct Wearer<'a> {
-    pipeline: RefCell<Pipeline<CHANNELS>>,
+    boot_id: u32,
+    path: RefCell<SignalPath<CHANNELS>>,
     outbox: &'a Outbox,
+    shown: &'a Shown,
 }
 
 impl<'a> Wearer<'a> {
-    pub(crate) fn new(boot_id: u32, outbox: &'a Outbox) -> Result<Self, WearerError> {
-        let muscles = [
-            Muscle::BicepsShort,
-            Muscle::BicepsLong,
-            Muscle::TricepsLateral,
-            Muscle::TricepsLong,
-        ];
-        let pipeline = Pipeline::new(&PipelineConfig {
+    pub(crate) fn new(
+        boot_id: u32,
+        outbox: &'a Outbox,
+        shown: &'a Shown,
+    ) -> Result<Self, WearerError> {
+        let board = Board {
             boot_id,
             firmware_hash: [0; 8],
-            adc: AdcScale::new(1e-7, 0, -(1 << 23), (1 << 23) - 1)?,
-            chain: ChainConfig::at_rate(f64::from(SCAN_HZ)),
-            channels: muscles.map(|muscle| ChannelConfig {
-                muscle,
-                rest_v: 10e-6,
-                mvc_v: 500e-6,
-            }),
-            activation_window_s: DEFAULT_ACTIVATION_WINDOW_S,
-            arm: ArmStiffness::illustrative(),
-            raw: false,
-        })?;
-        Ok(Self {
-            pipeline: RefCell::new(pipeline),
+            adc: AdcScale::new(VOLTS_PER_COUNT, 0, COUNTS.0, COUNTS.1)?,
+            rates_hz: &[SCAN_HZ],
+        };
+        let calibration = pipeline::illustrative(MUSCLES, SCAN_HZ);
+        let wearer = Self {
+            boot_id,
+            path: RefCell::new(SignalPath::new(board, &calibration)?),
             outbox,
-        })
+            shown,
+        };
+        wearer.show(calibration);
+        Ok(wearer)
     }
 
     /// Wears it for ever, at `stream_hz` stream packets per second: above 100 the wearer's time runs faster
     /// than the host's.
-    pub(crate) async fn wear(&self, stream_hz: u32) -> std::convert::Infallible {
+    pub(crate) async fn wear(&self, stream_hz: u32) -> Infallible {
         let mut random = StdRng::seed_from_u64(SEED);
-        let pause = embassy_time::Duration::from_hz(u64::from(stream_hz.max(1)));
+        let pause = Duration::from_hz(u64::from(stream_hz.max(1)));
         let mut index = 0_u32;
         loop {
             Timer::after(pause).await;
@@ -86,51 +87,34 @@ impl<'a> Wearer<'a> {
                     }),
                 };
                 index = index.wrapping_add(1);
-                if self.pipeline.borrow_mut().push_scan(&scan).is_err() {
-                    println!("scan {index} refused");
-                }
-                while let Some(frame) = self.next_frame() {
-                    self.put(&frame);
+                if let Err(error) = self.path.borrow_mut().push_scan(&scan, self.outbox) {
+                    println!("scan {index}: {error}");
                 }
             }
         }
     }
 
-    fn next_frame(&self) -> Option<Frame> {
-        self.pipeline.borrow_mut().next_frame()
-    }
-
     /// Takes what a host wrote, and answers it. The calibration is kept in memory; there is none for models.
-    pub(crate) async fn handle(&self, inbox: &Inbox, shown: &Shown) -> std::convert::Infallible {
+    pub(crate) async fn handle(&self, inbox: &Inbox) -> Infallible {
         loop {
             let Frame { header, packet } = inbox.take().await;
             let answered = packet.kind();
             println!("taken {answered} {}", header.sequence);
             let outcome = match packet {
                 Packet::Ping(Ping::Request { id, requested_us }) => {
-                    let now_us = Instant::now().as_micros();
+                    let received_us = Instant::now().as_micros();
                     self.answer(Packet::Ping(Ping::Reply {
                         id,
                         requested_us,
-                        received_us: now_us,
-                        replied_us: now_us,
+                        received_us,
+                        replied_us: received_us,
                     }));
                     continue;
                 }
-                Packet::HandPosition(_) => continue,
-                Packet::Calibration(_) => {
-                    let mut bytes = [0; MAX_FRAME_BYTES];
-                    let frame = self.number(packet);
-                    match frame.encode(&mut bytes) {
-                        Ok(length) => {
-                            shown.show(&bytes[..length].iter().copied().collect());
-                            Ok(())
-                        }
-                        Err(_) => Err(Refusal::OutOfRange),
-                    }
-                }
+                Packet::Calibration(calibration) => self.recalibrate(calibration),
+                Packet::Control(control) => self.control(control),
                 Packet::ModelUpload(_) => Err(Refusal::StorageFailed),
-                _ => Ok(()),
+                _ => continue,
             };
             self.answer(Packet::Reply(Reply {
                 answered,
@@ -141,24 +125,54 @@ impl<'a> Wearer<'a> {
         }
     }
 
-    fn number(&self, packet: Packet) -> Frame {
-        let now_us = Instant::now().as_micros();
-        self.pipeline.borrow_mut().number(packet, now_us)
+    fn recalibrate(&self, calibration: Calibration) -> Result<(), Refusal> {
+        self.path
+            .borrow_mut()
+            .recalibrate(&calibration)
+            .map_err(|_| Refusal::OutOfRange)?;
+        self.show(calibration);
+        Ok(())
+    }
+
+    fn control(&self, control: Control) -> Result<(), Refusal> {
+        match control {
+            Control::Raw(raw) => {
+                let set = self.path.borrow_mut().set_raw(raw);
+                return set.map_err(|_| Refusal::WrongState);
+            }
+            Control::SendCalibration => {
+                let calibration = *self.path.borrow().calibration();
+                self.answer(Packet::Calibration(calibration));
+            }
+            Control::SendModelState => self.answer(Packet::ModelState(ModelState {
+                active: None,
+                receiving: None,
+                capacity_bytes: 0,
+            })),
+            Control::Restart { .. } | Control::SendLastWords => return Err(Refusal::WrongState),
+        }
+        Ok(())
     }
 
     fn answer(&self, packet: Packet) {
-        self.put(&self.number(packet));
+        let now_us = Instant::now().as_micros();
+        let answered = self.path.borrow_mut().answer(packet, now_us, self.outbox);
+        if let Err(error) = answered {
+            println!("no answer: {error}");
+        }
     }
 
-    fn put(&self, frame: &Frame) {
+    /// Lets a host read this calibration. What is read is not numbered: its sequence is 0.
+    fn show(&self, calibration: Calibration) {
+        let header = Header {
+            boot_id: self.boot_id,
+            sequence: 0,
+            device_us: 0,
+        };
         let mut bytes = [0; MAX_FRAME_BYTES];
-        let encoded = frame
-            .encode(&mut bytes)
-            .ok()
-            .and_then(|length| EncodedFrame::from_slice(bytes.get(..length)?).ok());
-        match encoded {
-            Some(encoded) => self.outbox.put(frame.packet.kind(), encoded),
-            None => println!("frame {} not encoded", frame.header.sequence),
+        match wire::encode(&header, &Packet::Calibration(calibration), &mut bytes) {
+            Ok(length) => self.shown.show(&bytes[..length].iter().copied().collect()),
+            Err(error) => println!("{} not shown: {error}", Kind::Calibration),
         }
     }
 }
