@@ -6,7 +6,7 @@ import random
 import struct
 import zlib
 
-from central import CALIBRATION, KINDS, VERSION, WRITTEN, Central, frame, gaps, good, ping, ready
+from central import CALIBRATION, IDS, KINDS, VERSION, WRITTEN, Central, frame, gaps, good, ping, ready
 from streams import back
 
 WRITES = 10_000
@@ -98,7 +98,11 @@ async def garbage_below(air):
     device = await air.host()
     rng = random.Random(SEED)
     central = await Central(device, wearable).connect()
-    for number in range(2_000):
+    # What a stack may take for granted: every operation of the attribute protocol without some of its fields, and the
+    # one with a 128-bit type of which there are no groups.
+    cut = [bytes([operation]) + bytes(length) for operation in range(0x60) for length in range(8)]
+    cut.append(b"\x10\x01\x00\xff\xff" + bytes(IDS["SERVICE"]))
+    for number in range(2_000 + len(cut)):
         if central.lost.is_set():
             await wearable.says("notice Advertising")
             central = await Central(device, wearable).connect()
@@ -108,6 +112,8 @@ async def garbage_below(air):
             # An operation that exists on this channel.
             payload = bytes([rng.randrange(0x20)]) + payload[1:]
         length = len(payload) if rng.randrange(8) else rng.randrange(0x10000)
+        if number < len(cut):
+            channel, payload, length = 4, cut[number], len(cut[number])
         air.throw(device, struct.pack("<HH", length, channel) + payload)
         if number % BATCH == BATCH - 1:
             await asyncio.sleep(0)

@@ -110,7 +110,7 @@ class Air:
                            **oddities)
         process = await asyncio.create_subprocess_exec(
             os.environ["TONUS_AIR"], f"127.0.0.1:{port}", "--bonds", str(self.folder / "bonds"), *options,
-            stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.STDOUT)
+            env=os.environ | {"RUST_BACKTRACE": "0"}, stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.STDOUT)
         wearable = Wearable(process, transport, radio, oddities)
         self.wearables.append(wearable)
         await wearable.says("notice Advertising")
