@@ -1,80 +1,61 @@
-//! Bluetooth LE: one service, whose data leave only over an authenticated link.
+//! Bluetooth LE: the wearable's packets over an authenticated link, and over no other.
 //!
 //! The wearable has no keyboard: it shows a six-digit passkey and the host types it. A host with neither
 //! display nor keyboard falls back to "Just Works", which encrypts without knowing whom it talks to; such a
-//! link may neither read nor subscribe.
+//! link gets nothing and is dropped. A new host may pair only while the [`PairingWindow`] is open; one that
+//! has paired comes back by its bond. Nothing that a host writes is looked at before its link is
+//! authenticated, and all of it goes through the [`Inbox`].
+
+mod attributes;
+mod bonds;
+mod guard;
+mod link;
+mod sending;
+mod shown;
+mod window;
+
+pub use attributes::DeviceInformation;
+pub use bonds::{BOND_BYTES, BondList, BondRecord, Bonds, BondsNotKept, MAX_BONDS};
+pub use sending::Withheld;
+pub use shown::Shown;
+pub use window::{OPEN, PairingWindow};
+
+use core::{cell::Cell, convert::Infallible, sync::atomic::AtomicU8};
 
 use bt_hci::{
-    cmd::le::{LeConnUpdate, LeReadLocalSupportedFeatures},
+    cmd::le::{LeReadLocalSupportedFeatures, LeSetDataLength, LeSetPhy},
     controller::{ControllerCmdAsync, ControllerCmdSync},
 };
-use embassy_futures::select::{Either, select};
-use embassy_sync::blocking_mutex::raw::NoopRawMutex;
-use embassy_time::{Duration, with_timeout};
-use tonus_shared::{gatt, wire::MIN_ATT_MTU};
+use embassy_futures::select::{Either, select, select3};
+use embassy_time::{Duration, Timer};
+use tonus_shared::{gatt, wire::MAX_FRAME_BYTES};
 use trouble_host::{
     Address, BleHostError, Controller, Error, HostResources, IoCapabilities, Stack,
     advertise::{
         AdStructure, Advertisement, AdvertisementParameters, BR_EDR_NOT_SUPPORTED,
         LE_GENERAL_DISCOVERABLE,
     },
-    attribute::{
-        AttributeTable, Characteristic, CharacteristicProp, PermissionLevel, Service, Uuid,
-    },
-    connection::RequestedConnParams,
-    gap::GapConfig,
-    gatt::{GattConnection, GattConnectionEvent},
+    gatt::GattConnection,
     peripheral::Peripheral,
-    prelude::{AttributeServer, DefaultPacketPool},
+    prelude::DefaultPacketPool,
 };
 
-use crate::outbox::{EncodedFrame, Outbox};
-
-/// Longest connection interval that the stream is sent over: a notification may wait for just over two of them.
-const INTERVAL_LIMIT: Duration = Duration::from_millis(20);
-/// The connection interval asked for.
-const INTERVAL_WANTED: Duration = Duration::from_millis(15);
-/// No procedure of the controller is waited for longer than this.
-const PROCEDURE_LIMIT: Duration = Duration::from_secs(2);
-/// How often a silent link is checked, should its `Disconnected` event have been lost.
-const LIVENESS_PERIOD: Duration = Duration::from_secs(1);
+use crate::{inbox::Inbox, outbox::Outbox};
+use attributes::{Attributes, Server};
+use guard::Guarded;
 
 const CONNECTIONS: usize = 1;
 /// Connection-oriented channels: none is offered.
 const CHANNELS: usize = 1;
 const ADVERTISING_SETS: usize = 1;
-/// Hosts whose bond and subscription are remembered until reset.
-const BONDS: usize = 4;
-/// GAP service with name and appearance (5), GATT service (1), ours with its declaration, value and
-/// subscription (4).
-const ATTRIBUTES: usize = 10;
+/// The stack holds the key of a link that has not been judged yet beside those that are kept.
+const KEYS: usize = MAX_BONDS + 1;
+/// Time between a failure of the host stack and its next start.
+const RESTART_PAUSE: Duration = Duration::from_millis(500);
 
 type Pool = DefaultPacketPool;
-type Table<'v> = AttributeTable<'v, NoopRawMutex, ATTRIBUTES>;
-type Server<'v> = AttributeServer<'v, NoopRawMutex, Pool, ATTRIBUTES, BONDS>;
+type Hosts<'v> = Server<'v, Pool, KEYS>;
 type Link<'stack, 'server> = GattConnection<'stack, 'server, Pool>;
-
-/// Why a frame stayed on the wearable.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
-pub enum Withheld {
-    /// The host did not raise the attribute MTU; the frame would be cut short.
-    MtuTooSmall {
-        /// Bytes needed.
-        needed: u16,
-        /// Bytes negotiated.
-        negotiated: u16,
-    },
-    /// Frames would arrive too old to act on.
-    IntervalTooLong {
-        /// Longest connection interval accepted, in microseconds.
-        limit_us: u64,
-        /// The link's interval in microseconds.
-        actual_us: u64,
-    },
-    /// The stack refused it; on a link without authentication this is `INSUFFICIENT_AUTHENTICATION`.
-    NotSent(Error),
-}
 
 /// What the person at the console may want to know.
 #[derive(Clone, Debug, PartialEq)]
@@ -88,49 +69,136 @@ pub enum Notice {
     Connected,
     /// Type these six digits at the host.
     Passkey(u32),
-    /// Pairing ended; `authenticated` is false for "Just Works", which gets no data.
-    Paired {
-        /// Whether a passkey was compared.
-        authenticated: bool,
-    },
-    /// Pairing failed.
+    /// A host paired with the passkey; the pairing window is closed again.
+    Paired,
+    /// The bond just made is lost at the next reset: the storage failed.
+    BondNotKept,
+    /// A host came back by its bond.
+    Resumed,
+    /// Pairing failed: a wrong passkey, legacy pairing, or the host gave up.
     PairingFailed(Error),
+    /// The wearable dropped the link.
+    Dropped(Dropped),
     /// Frames are not sent, for this reason, until further notice.
     Withheld(Withheld),
-    /// The 15 ms connection interval could not be asked for.
-    IntervalNotRequested,
+    /// The link does without this: the controller or the host did not grant it.
+    NotGranted(Wish),
     /// A request of the host could not be answered.
     RequestFailed(Error),
-    /// The host left.
+    /// The host left, or was dropped.
     Disconnected,
+    /// The host stack failed and starts anew.
+    Restarted(Error),
 }
 
-/// Runs the radio for ever: advertises, pairs, and notifies what appears in `outbox`.
+/// Why the wearable dropped a link.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+pub enum Dropped {
+    /// A host asked to pair while the window was closed: press the button and try again.
+    WindowClosed,
+    /// The host paired without comparing a passkey.
+    NoPasskey,
+    /// The link stayed unauthenticated for too long and kept others out.
+    Stranger,
+}
+
+/// What makes a link better, and is asked for after it is up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+pub enum Wish {
+    /// Air packets of 251 bytes.
+    DataLength,
+    /// Two megabits per second.
+    TwoMegabits,
+    /// A connection interval of 15 ms.
+    Interval,
+}
+
+/// What the radio shares with the rest of the wearable.
+pub struct Ports<'a> {
+    /// Frames to send.
+    pub outbox: &'a Outbox,
+    /// Frames that a host wrote.
+    pub inbox: &'a Inbox,
+    /// The calibration that a host reads.
+    pub calibration: &'a Shown,
+    /// Opened by the button.
+    pub window: &'a PairingWindow,
+    /// State of charge, percent.
+    pub battery_percent: &'a AtomicU8,
+    /// What a host may read without pairing.
+    pub device: DeviceInformation,
+}
+
+/// Runs the radio for ever: advertises, pairs, notifies what appears in the outbox and fills the inbox.
 ///
 /// `address` is the wearable's static random address. `report` is called in the radio's own task and must
-/// be short.
+/// be short. A failure of the host stack, which a stranger may be able to cause, starts it anew.
 ///
 /// # Errors
-/// When the controller fails or the host stack cannot be set up; there is no way on but a reset.
+/// When the controller itself fails; there is no way on but a reset.
 pub async fn run<C>(
-    controller: C,
+    controller: &C,
     address: Address,
-    outbox: &Outbox,
+    ports: &Ports<'_>,
+    bonds: &mut impl Bonds,
     report: impl Fn(Notice),
-) -> Result<(), BleHostError<C::Error>>
+) -> Result<Infallible, C::Error>
 where
     C: Controller
-        + ControllerCmdAsync<LeConnUpdate>
+        + ControllerCmdAsync<LeSetPhy>
+        + ControllerCmdSync<LeSetDataLength>
         + ControllerCmdSync<LeReadLocalSupportedFeatures>,
 {
-    let mut resources: HostResources<Pool, CONNECTIONS, CHANNELS, ADVERTISING_SETS, BONDS> =
+    let mut kept = bonds.load().await;
+    kept.retain(|record| record.bond().is_some());
+    let phy_answers = Cell::new(true);
+    loop {
+        let served = serve(
+            controller,
+            address,
+            ports,
+            (&mut kept, bonds),
+            &phy_answers,
+            &report,
+        );
+        match served.await {
+            Ok(never) => match never {},
+            Err(BleHostError::Controller(error)) => return Err(error),
+            Err(BleHostError::BleHost(error)) => report(Notice::Restarted(error)),
+        }
+        Timer::after(RESTART_PAUSE).await;
+    }
+}
+
+/// One life of the host stack, with the bonds kept and where to keep them.
+///
+/// `phy_answers` outlives it: after a command that was not answered a controller may take no other.
+async fn serve<C>(
+    controller: &C,
+    address: Address,
+    ports: &Ports<'_>,
+    (kept, bonds): (&mut BondList, &mut impl Bonds),
+    phy_answers: &Cell<bool>,
+    report: &impl Fn(Notice),
+) -> Result<Infallible, BleHostError<C::Error>>
+where
+    C: Controller
+        + ControllerCmdAsync<LeSetPhy>
+        + ControllerCmdSync<LeSetDataLength>
+        + ControllerCmdSync<LeReadLocalSupportedFeatures>,
+{
+    let mut resources: HostResources<Pool, CONNECTIONS, CHANNELS, ADVERTISING_SETS, KEYS> =
         HostResources::new();
-    let stack = trouble_host::new(controller, &mut resources)
+    let stack = trouble_host::new(Guarded(controller), &mut resources)
         .set_random_address(address)
         .set_io_capabilities(IoCapabilities::DisplayOnly)
         .build();
-    let (table, stream) = attributes()?;
-    let server = Server::new(table);
+    reconcile(&stack, kept)?;
+    let mut calibration = [0; MAX_FRAME_BYTES];
+    let (table, attributes) = Attributes::build(&ports.device, &mut calibration)?;
+    let server = Hosts::new(table);
     let mut runner = stack.runner();
     let mut peripheral = stack.peripheral();
     let serving = async {
@@ -144,51 +212,58 @@ where
                 }
             };
             report(Notice::Connected);
-            outbox.clear();
-            select(
-                attend(&stack, &link, &report),
-                send(&link, &stream, outbox, &report),
+            ports.outbox.clear();
+            let host = link::Host {
+                link: &link,
+                attributes: &attributes,
+                ports,
+                report,
+            };
+            select3(
+                host.attend(&stack, kept, bonds),
+                host.send(),
+                host.ask(&stack, phy_answers),
             )
             .await;
+            drop(link);
+            reconcile(&stack, kept)?;
             report(Notice::Disconnected);
         }
     };
     match select(runner.run(), serving).await {
-        Either::First(ended) | Either::Second(ended) => ended,
+        Either::First(ended) => ended.and(Err(Error::InvalidState.into())),
+        Either::Second(ended) => ended,
     }
 }
 
-/// The attribute table and the stream characteristic in it.
-///
-/// The value is never readable and a subscription needs an authenticated link: the stack checks the
-/// latter again before every notification, so a remembered subscription does not open a new link.
-fn attributes<'v>() -> Result<(Table<'v>, Characteristic<EncodedFrame>), Error> {
-    let mut table = Table::new();
-    GapConfig::default(gatt::DEVICE_NAME)
-        .build(&mut table)
-        .map_err(|_| Error::InvalidValue)?;
-    let mut service = table.add_service(Service::new(uuid(gatt::SERVICE)));
-    let stream = service
-        .add_characteristic_small(
-            uuid(gatt::STREAM),
-            [CharacteristicProp::Notify],
-            EncodedFrame::new(),
-        )
-        .cccd_permission(PermissionLevel::AuthenticationRequired)
-        .build();
-    service.build();
-    Ok((table, stream))
-}
-
-/// Identifiers travel least significant byte first.
-fn uuid(value: u128) -> Uuid {
-    Uuid::new_long(value.to_le_bytes())
+/// Gives the stack the bonds that are kept and takes all others from it: a stranger that pairs under a
+/// known host's address would otherwise leave its key in place of the host's.
+fn reconcile<C: Controller>(stack: &Stack<'_, C, Pool>, kept: &BondList) -> Result<(), Error> {
+    let mut missing = kept.clone();
+    loop {
+        let stray = stack.with_bond_information(|held| {
+            missing.retain(|record| !held.iter().any(|bond| record.bond().as_ref() == Some(bond)));
+            held.iter()
+                .find(|bond| {
+                    !kept
+                        .iter()
+                        .any(|record| record.bond().as_ref() == Some(*bond))
+                })
+                .map(|bond| bond.identity)
+        });
+        let Some(identity) = stray else { break };
+        stack.remove_bond_information(identity)?;
+    }
+    for bond in missing.iter().filter_map(BondRecord::bond) {
+        stack.add_bond_information(bond)?;
+    }
+    Ok(())
 }
 
 /// Advertises until a host connects. What went wrong with one host is the inner error; the next may try.
 async fn advertise<'stack, 'server, C: Controller>(
     peripheral: &mut Peripheral<'stack, C, Pool>,
-    server: &'server Server<'_>,
+    server: &'server Hosts<'_>,
 ) -> Result<Result<Link<'stack, 'server>, Error>, BleHostError<C::Error>> {
     let mut data = [0; 31];
     let length = AdStructure::encode_slice(
@@ -210,97 +285,6 @@ async fn advertise<'stack, 'server, C: Controller>(
         .await?;
     let accepted = advertiser.accept().await;
     Ok(accepted.and_then(|connection| connection.with_attribute_server(server)))
-}
-
-/// Answers the host until it leaves.
-async fn attend<C>(stack: &Stack<'_, C, Pool>, link: &Link<'_, '_>, report: &impl Fn(Notice))
-where
-    C: Controller
-        + ControllerCmdAsync<LeConnUpdate>
-        + ControllerCmdSync<LeReadLocalSupportedFeatures>,
-{
-    let wanted = RequestedConnParams {
-        min_connection_interval: INTERVAL_WANTED,
-        max_connection_interval: INTERVAL_WANTED,
-        max_latency: 0,
-        min_event_length: Duration::from_secs(0),
-        max_event_length: Duration::from_secs(0),
-        supervision_timeout: Duration::from_millis(2000),
-    };
-    let asked = link.raw().update_connection_params(stack, &wanted);
-    if !matches!(with_timeout(PROCEDURE_LIMIT, asked).await, Ok(Ok(()))) {
-        report(Notice::IntervalNotRequested);
-    }
-    loop {
-        let Ok(event) = with_timeout(LIVENESS_PERIOD, link.next()).await else {
-            if link.raw().is_connected() {
-                continue;
-            }
-            return;
-        };
-        match event {
-            GattConnectionEvent::Disconnected { .. } => return,
-            GattConnectionEvent::PassKeyDisplay(key) => report(Notice::Passkey(key.value())),
-            GattConnectionEvent::PairingComplete { security_level, .. } => {
-                report(Notice::Paired {
-                    authenticated: security_level.authenticated(),
-                });
-            }
-            GattConnectionEvent::PairingFailed(error) => report(Notice::PairingFailed(error)),
-            GattConnectionEvent::Gatt { event } => match event.accept() {
-                Ok(reply) => reply.send().await,
-                Err(error) => report(Notice::RequestFailed(error)),
-            },
-            _ => {}
-        }
-    }
-}
-
-/// Notifies each newest frame; never returns. A reason to withhold is reported when it changes, not per frame.
-async fn send(
-    link: &Link<'_, '_>,
-    stream: &Characteristic<EncodedFrame>,
-    outbox: &Outbox,
-    report: &impl Fn(Notice),
-) {
-    let mut last = Ok(());
-    loop {
-        let frame = outbox.take().await;
-        if !stream.should_notify(link) {
-            continue;
-        }
-        let interval = link.raw().params().conn_interval;
-        let outcome = match admit(link.raw().att_mtu(), interval) {
-            Ok(()) => stream
-                .notify(link, &frame, false)
-                .await
-                .map_err(Withheld::NotSent),
-            refused => refused,
-        };
-        if outcome != last {
-            if let Err(reason) = &outcome {
-                report(Notice::Withheld(reason.clone()));
-            }
-            last = outcome;
-        }
-    }
-}
-
-/// Whether a link carries frames whole and in time.
-fn admit(att_mtu: u16, interval: Duration) -> Result<(), Withheld> {
-    if att_mtu < MIN_ATT_MTU {
-        return Err(Withheld::MtuTooSmall {
-            needed: MIN_ATT_MTU,
-            negotiated: att_mtu,
-        });
-    }
-    if interval > INTERVAL_LIMIT {
-        return Err(Withheld::IntervalTooLong {
-            limit_us: INTERVAL_LIMIT.as_micros(),
-            actual_us: interval.as_micros(),
-        });
-    }
-    Ok(())
 }
 
 #[cfg(test)]

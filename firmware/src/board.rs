@@ -7,6 +7,7 @@
 use embassy_nrf::{
     Peri, bind_interrupts,
     config::{Config, HfclkSource, LfclkSource},
+    gpio::{Input, Pull},
     interrupt::{self, InterruptExt, Priority},
     mode::Async,
     pac, peripherals,
@@ -25,6 +26,9 @@ bind_interrupts!(pub(crate) struct Irqs {
     RTC0 => HighPrioInterruptHandler;
     SAADC => saadc::InterruptHandler;
 });
+
+/// As a host reads it.
+pub(crate) const MODEL: &str = "nRF52840 DK";
 
 /// The software interrupt that runs the signal path above the thread.
 pub(crate) const SIGNAL_PATH_INTERRUPT: interrupt::Interrupt = interrupt::EGU1_SWI1;
@@ -51,6 +55,8 @@ pub(crate) struct Board {
     pub(crate) front_end: FrontEnd,
     pub(crate) radio: Radio,
     pub(crate) address: Address,
+    /// Button 1; low while pressed.
+    pub(crate) button: Input<'static>,
     /// Random; tells one start from another.
     pub(crate) boot_id: u32,
 }
@@ -89,6 +95,7 @@ pub(crate) fn take() -> Board {
         front_end,
         radio,
         address: static_address(),
+        button: Input::new(p.P0_11, Pull::Up),
         boot_id,
     }
 }

@@ -18,6 +18,7 @@ pub mod acquisition;
 pub mod afe;
 pub mod ble;
 pub mod imu;
+pub mod inbox;
 pub mod outbox;
 pub mod signal_path;
 pub mod storage;

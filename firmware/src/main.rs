@@ -9,12 +9,16 @@ mod radio;
 use defmt_rtt as _;
 use panic_probe as _;
 
+use core::sync::atomic::AtomicU8;
+
 use embassy_executor::{InterruptExecutor, Spawner};
-use embassy_nrf::interrupt;
+use embassy_nrf::{gpio::Input, interrupt};
+use embassy_time::Instant;
 use nrf_sdc::{SoftdeviceController, mpsl::MultiprotocolServiceLayer};
 use tonus_firmware::{
     acquisition::{BUFFER_SCANS, PERIOD_US, RATE_HZ, ScanClock},
-    ble,
+    ble::{self, BondList, Bonds, BondsNotKept, DeviceInformation, PairingWindow, Ports, Shown},
+    inbox::Inbox,
     outbox::Outbox,
     signal_path::SignalPath,
 };
@@ -27,6 +31,18 @@ static SIGNAL_PATH: InterruptExecutor = InterruptExecutor::new();
 
 /// From the signal path to the radio.
 static OUTBOX: Outbox = Outbox::new();
+
+/// From the radio to whoever handles requests.
+static INBOX: Inbox = Inbox::new();
+
+/// The calibration that a host reads.
+static CALIBRATION: Shown = Shown::new();
+
+/// Opened by the board's button.
+static WINDOW: PairingWindow = PairingWindow::new();
+
+/// State of charge, percent; not measured yet.
+static BATTERY_PERCENT: AtomicU8 = AtomicU8::new(0);
 
 #[interrupt]
 #[allow(
@@ -60,14 +76,16 @@ async fn main(spawner: Spawner) {
         acquire(board.front_end, board.boot_id),
         drive_radio(mpsl),
         serve(controller, board.address),
+        open_window(board.button),
     );
-    let (Ok(acquire), Ok(drive_radio), Ok(serve)) = tasks else {
+    let (Ok(acquire), Ok(drive_radio), Ok(serve), Ok(open_window)) = tasks else {
         defmt::error!("a task was started twice");
         return;
     };
     urgent.spawn(acquire);
     spawner.spawn(drive_radio);
     spawner.spawn(serve);
+    spawner.spawn(open_window);
     core::future::pending::<()>().await;
 }
 
@@ -79,9 +97,43 @@ async fn drive_radio(mpsl: &'static MultiprotocolServiceLayer<'static>) -> ! {
 
 #[embassy_executor::task]
 async fn serve(controller: SoftdeviceController<'static>, address: Address) {
+    let ports = Ports {
+        outbox: &OUTBOX,
+        inbox: &INBOX,
+        calibration: &CALIBRATION,
+        window: &WINDOW,
+        battery_percent: &BATTERY_PERCENT,
+        device: DeviceInformation {
+            manufacturer: "Tonus",
+            model: board::MODEL,
+            firmware: env!("CARGO_PKG_VERSION"),
+        },
+    };
     let report = |notice| defmt::info!("{}", notice);
-    if let Err(error) = ble::run(controller, address, &OUTBOX, report).await {
-        defmt::error!("radio stopped, reset the wearable: {}", error);
+    let Err(error) = ble::run(&controller, address, &ports, &mut UntilReset, report).await;
+    defmt::error!("radio stopped, reset the wearable: {}", error);
+}
+
+/// Lets a host pair when a person presses the button.
+#[embassy_executor::task]
+async fn open_window(mut button: Input<'static>) -> ! {
+    loop {
+        button.wait_for_falling_edge().await;
+        WINDOW.press(Instant::now());
+        defmt::info!("a host may pair for {} s", ble::OPEN.as_secs());
+    }
+}
+
+/// Bonds that last until the wearable is reset, and say so.
+struct UntilReset;
+
+impl Bonds for UntilReset {
+    async fn load(&mut self) -> BondList {
+        BondList::new()
+    }
+
+    async fn store(&mut self, _: &BondList) -> Result<(), BondsNotKept> {
+        Err(BondsNotKept)
     }
 }
 

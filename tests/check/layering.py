@@ -25,6 +25,7 @@ PACKAGES = {
     "tonus-firmware": {"tonus-shared"},
     "tonus": {"tonus-shared"},
     "tonus-tests": {"tonus", "tonus-shared"},
+    "tonus-air": {"tonus-firmware", "tonus-shared"},
 }
 
 # Source folder -> (its crate's name in paths, room -> rooms of the same crate it may use, or one module of a
@@ -51,7 +52,8 @@ ROOMS = {
         "acquisition": {"afe"},
         "outbox": set(),
         "storage": set(),
-        "ble": {"outbox"},
+        "inbox": set(),
+        "ble": {"inbox", "outbox"},
         "signal_path": {"acquisition", "outbox"},
         "board": set(),
         "front_end": {"acquisition", "board"},
@@ -204,7 +206,7 @@ def resolve(path, module, crate):
 
 
 def check_packages(root):
-    for manifest in sorted(root.glob("*/Cargo.toml")):
+    for manifest in sorted([*root.glob("*/Cargo.toml"), *root.glob("tests/*/Cargo.toml")]):
         document = tomllib.loads(manifest.read_text())
         name = document["package"]["name"]
         where = f"{manifest.relative_to(root)}:1"

@@ -1,0 +1,136 @@
+//! The wearable's Bluetooth code as a Linux program: it speaks H4 over TCP to a virtual controller instead
+//! of Nordic's radio, and is otherwise what the chip runs.
+//!
+//! ```text
+//! tonus-air 127.0.0.1:PORT --bonds FILE [--stream-hz 100]
+//! ```
+//!
+//! Prints a line for every notice, and takes lines from its standard input: `press` is the pairing button,
+//! `refused` asks for the number of frames refused. Ends with its input.
+
+mod bonds;
+mod wearer;
+
+use std::{net::SocketAddr, path::PathBuf, sync::atomic::AtomicU8};
+
+use bt_hci::controller::ExternalController;
+use bt_hci_serial::SerialTransport;
+use embassy_sync::blocking_mutex::raw::NoopRawMutex;
+use embassy_time::Instant;
+use embedded_io_adapters::tokio_1::FromTokio;
+use tokio::{
+    io::{AsyncBufReadExt, BufReader, stdin},
+    net::TcpStream,
+};
+use tonus_firmware::{
+    ble::{self, DeviceInformation, PairingWindow, Ports, Shown},
+    inbox::Inbox,
+    outbox::Outbox,
+};
+use trouble_host::Address;
+use wearer::Wearer;
+
+/// Commands in flight at most, as bt-hci's own examples have it.
+const COMMANDS: usize = 10;
+/// A static random address; the host looks for the service, not for this.
+const ADDRESS: [u8; 6] = [0x01, 0x00, 0x5e, 0x70, 0x0a, 0xc7];
+const STREAM_HZ: u32 = 100;
+
+#[derive(Debug, thiserror::Error)]
+enum Failure {
+    #[error("usage: tonus-air 127.0.0.1:PORT --bonds FILE [--stream-hz {STREAM_HZ}]: {0}")]
+    Usage(String),
+    #[error("no virtual controller: {0}")]
+    Link(#[from] std::io::Error),
+    #[error("the controller failed: {0}")]
+    Controller(String),
+    #[error(transparent)]
+    Wearer(#[from] wearer::WearerError),
+}
+
+struct Options {
+    controller: SocketAddr,
+    bonds: PathBuf,
+    stream_hz: u32,
+}
+
+fn options(mut words: impl Iterator<Item = String>) -> Result<Options, Failure> {
+    let missing = |what: &str| Failure::Usage(format!("{what} is missing"));
+    let controller = words.next().ok_or_else(|| missing("the address"))?;
+    let controller = controller
+        .parse()
+        .map_err(|_| Failure::Usage(format!("{controller} is no address with port")))?;
+    let (mut bonds, mut stream_hz) = (None, STREAM_HZ);
+    while let Some(word) = words.next() {
+        let value = words.next().ok_or_else(|| missing(&word))?;
+        match word.as_str() {
+            "--bonds" => bonds = Some(PathBuf::from(value)),
+            "--stream-hz" => {
+                stream_hz = value
+                    .parse()
+                    .map_err(|_| Failure::Usage(format!("{value} is no rate")))?;
+            }
+            other => return Err(Failure::Usage(format!("{other} is unknown"))),
+        }
+    }
+    Ok(Options {
+        controller,
+        bonds: bonds.ok_or_else(|| missing("--bonds"))?,
+        stream_hz,
+    })
+}
+
+#[tokio::main(flavor = "current_thread")]
+async fn main() -> Result<(), Failure> {
+    let options = options(std::env::args().skip(1))?;
+    let stream = TcpStream::connect(options.controller).await?;
+    stream.set_nodelay(true)?;
+    let (from, to) = stream.into_split();
+    let transport: SerialTransport<NoopRawMutex, _, _> =
+        SerialTransport::new(FromTokio::new(from), FromTokio::new(to));
+    let controller: ExternalController<_, COMMANDS> = ExternalController::new(transport);
+
+    let (outbox, inbox) = (Outbox::new(), Inbox::new());
+    let (calibration, window) = (Shown::new(), PairingWindow::new());
+    let battery_percent = AtomicU8::new(87);
+    let ports = Ports {
+        outbox: &outbox,
+        inbox: &inbox,
+        calibration: &calibration,
+        window: &window,
+        battery_percent: &battery_percent,
+        device: DeviceInformation {
+            manufacturer: "Tonus",
+            model: "air",
+            firmware: env!("CARGO_PKG_VERSION"),
+        },
+    };
+    let mut bonds = bonds::FileBonds::new(options.bonds);
+    let report = |notice| println!("notice {notice:?}");
+    let wearer = Wearer::new(std::process::id(), &outbox, &calibration)?;
+    tokio::select! {
+        ended = ble::run(&controller, Address::random(ADDRESS), &ports, &mut bonds, report) => {
+            let Err(error) = ended;
+            Err(Failure::Controller(format!("{error:?}")))
+        }
+        never = wearer.wear(options.stream_hz) => match never {},
+        never = wearer.handle(&inbox) => match never {},
+        ended = obey(&window, &inbox) => Ok(ended?),
+    }
+}
+
+/// Does what the lines of the standard input say, until it ends.
+async fn obey(window: &PairingWindow, inbox: &Inbox) -> Result<(), std::io::Error> {
+    let mut lines = BufReader::new(stdin()).lines();
+    while let Some(line) = lines.next_line().await? {
+        match line.trim() {
+            "press" => {
+                window.press(Instant::now());
+                println!("pressed");
+            }
+            "refused" => println!("refused {}", inbox.refused()),
+            other => println!("unknown command {other}"),
+        }
+    }
+    Ok(())
+}
