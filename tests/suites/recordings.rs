@@ -3,7 +3,20 @@
 //! What is mixed and how is found on training parts alone. That settings are mixed, and that each is tempered before it is
 //! weighed, was decided with figures of these recordings in view: of two mixtures that were tried, the other one (not
 //! tempered before) had a calibration error of 0.075, 0.066, 0.051 and 0.007 after 20, 30, 50 and 100 % of the movement,
-//! and as many digits. 0.05 was aimed at everywhere; after 20 % it is not reached, where chance alone makes it 0.044.
+//! and as many digits. With one temperature each it was 0.053, 0.048, 0.017 and 0.009, where 0.05 was aimed at.
+//!
+//! That temperatures are averaged over was decided on training parts: each of their inner folds was left out of the
+//! calibration in turn. Log-loss there (mean of five ways of holding out) falls from 0.741, 0.643, 0.454 and 0.278 to 0.737,
+//! 0.643, 0.415 and 0.277, the pooled error from 0.064, 0.058, 0.032 and 0.021 to 0.060, 0.046, 0.030 and 0.026. What else
+//! was tried there: a uniform floor (no gain), narrower and wider priors (worse), fractions pooled to a common
+//! temperature (0.515 on average over the fractions where this has 0.518, but less calibrated after 30 %), three
+//! forecasts instead of one for each setting as the prior of the weights (0.516). The figures of what is tested were looked
+//! at once, for this and the single temperatures alone: 0.045, 0.046, 0.020 and 0.008.
+//!
+//! How much of that is chance: if these confidences were exactly right, the error after 20 % would be 0.045 on average and
+//! between 0.026 and 0.066 in nine cases of ten (0.024 to 0.061 after 30 %), at most 0.05 in two of three. Together they
+//! are calibrated as far as 394 answers can tell; one by one they are not: subject 2 -> 1 is too unsure after 20 % (0.62
+//! said, 0.76 right; error 0.25, by chance 0.10), for the runs that one person leaves out do not show the other.
 #![allow(missing_docs, reason = "test suite")]
 
 use std::process::Command;
@@ -102,8 +115,7 @@ fn all_of_them() {
     }
 
     assert_eq!(list(found, "calibration").len(), 4);
-    let most = [0.055, 0.05, 0.05, 0.05];
-    for (pooled, most) in list(found, "calibration").iter().zip(most) {
+    for pooled in list(found, "calibration") {
         assert_eq!(number(pooled, "total"), 394.0);
         let bins = list(pooled, "reliability");
         let counted: f64 = bins.iter().map(|bin| number(bin, "count")).sum();
@@ -115,7 +127,7 @@ fn all_of_them() {
         let error = number(pooled, "expected_calibration_error");
         assert!((off.sum::<f64>() / counted - error).abs() < 1e-9);
         println!("{}: calibration error {error:.3}", pooled["name"]);
-        assert!(error <= most, "{pooled}");
+        assert!(error <= 0.05, "{pooled}");
         assert!(number(pooled, "log_loss") < number(pooled, "untempered.log_loss"));
     }
 

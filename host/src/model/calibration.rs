@@ -2,14 +2,17 @@
 //!
 //! [`Reliability`] compares confidence with accuracy, [`log_loss`] and [`brier`] score whole distributions, and a
 //! [`Temperature`] mends a recogniser that is too sure (or not sure enough) of itself. A temperature is fitted to
-//! forecasts of demonstrations that the model had not learnt from, and never to those it is judged on.
+//! forecasts of demonstrations that the model had not learnt from, and never to those it is judged on; where they are few,
+//! [`Tempering`] averages over those that are still possible.
 //!
 //! Sources: Guo, Pleiss, Sun and Weinberger 2017 (temperature, expected calibration error); Nguyen and O'Connor 2015
 //! (bins of equal count); Brier 1950.
 
 mod decision;
+mod tempering;
 
 pub use decision::{Decision, Early, decide};
+pub use tempering::Tempering;
 
 /// A forecast that is none.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -11,12 +11,14 @@
 //! is least impressed by single odd moments: outside the library lies more than what the library can show.
 
 mod config;
+mod held_out;
 mod kernel;
 mod leave_out;
 mod seen;
 mod stream;
 
 pub use config::GateConfig;
+pub use held_out::HeldOut;
 pub use kernel::GateSettings;
 pub use stream::{GateStream, StreamError};
 

@@ -190,8 +190,9 @@ fn temperatures(document: &Value, sets: &[Value]) -> Table {
         id: "table-recordings-temperatures",
         title: "Temperatures, from each training part".to_owned(),
         caption:
-            "Of the mixed probabilities, each setting's own tempered before; fitted to what is left out of the \
-                  training part in turn."
+            "Of the mixed probabilities, each setting's own tempered before: one over the mean of the inverse \
+                  temperatures that what is left out of the training part in turn leaves possible, over which the \
+                  probabilities are averaged."
                 .to_owned(),
         header: header(&[
             "recording",

@@ -12,7 +12,7 @@ use super::mixture::{mixed, over_classes};
 use super::parts::{Fold, Part};
 use super::setting::{Choice, Setting};
 use crate::experiment::ExperimentError;
-use crate::model::calibration::{Forecast, Temperature, log_loss};
+use crate::model::calibration::{Forecast, Temperature, Tempering, log_loss};
 use crate::model::recognise::Recogniser;
 use crate::model::stacking::{LAPLACE, shares};
 
@@ -28,11 +28,11 @@ pub struct Chosen {
     pub part: String,
     /// What answers together, the heaviest first.
     pub mixture: Vec<Member>,
-    /// Temperature of the mixed posterior after the first 20, 30, 50, 100 % of the movement.
+    /// Temperature (one over the mean inverse) of the mixed posterior after the first 20, 30, 50, 100 % of the movement.
     pub temperatures: Vec<f64>,
-    /// The same.
+    /// All that are possible there.
     #[serde(skip)]
-    pub(super) softening: [Temperature; 4],
+    pub(super) softening: Vec<Tempering>,
 }
 
 /// One setting of a mixture.
@@ -49,9 +49,9 @@ pub struct Member {
     pub weights: Vec<f64>,
     /// Temperatures of its own posterior there, before it is mixed.
     pub temperatures: Vec<f64>,
-    /// The same.
+    /// All that are possible there.
     #[serde(skip)]
-    pub(super) softening: Vec<Temperature>,
+    pub(super) softening: Vec<Tempering>,
 }
 
 impl Chosen {
@@ -62,9 +62,9 @@ impl Chosen {
         place.unwrap_or(FRACTIONS.len() - 1)
     }
 
-    /// The temperature for a part of the movement.
-    pub(super) fn temperature(&self, fraction: f64) -> Temperature {
-        self.softening[Self::place(fraction)]
+    /// What tempers the mixture after a part of the movement.
+    pub(super) fn tempering(&self, fraction: f64) -> &Tempering {
+        &self.softening[Self::place(fraction)]
     }
 
     /// The heaviest setting.
@@ -83,7 +83,8 @@ type Known = BTreeMap<Choice, Vec<Vec<Forecast>>>;
 
 /// Every setting that the search has looked at, with each noise, gets its weight in a mixture of least log-loss of what
 /// is left out in turn; those with one are weighed again after each part of the movement. Each is tempered before, for one
-/// that is too sure of itself would weigh little however often it is right, and the mixture afterwards.
+/// that is too sure of itself would weigh little however often it is right, and the mixture afterwards. What is left out of
+/// a training part is little (24 to 150 forecasts), so both are averaged over the temperatures that it leaves possible.
 fn choose(set: &Set, part: &Part) -> Result<Chosen, ExperimentError> {
     let mut mixture = stacked(set, &search(set, &part.folds)?)?;
     let mut of_members = Vec::with_capacity(mixture.len());
@@ -91,14 +92,15 @@ fn choose(set: &Set, part: &Part) -> Result<Chosen, ExperimentError> {
         let pairs = FRACTIONS.map(|fraction| (member.sigma_m, fraction));
         of_members.push(left_out(set, &member.setting, &part.folds, &pairs)?);
     }
-    let mut softening = [Temperature::ONE; 4];
-    for (place, softening) in softening.iter_mut().enumerate() {
+    let mut softening = Vec::with_capacity(FRACTIONS.len());
+    for place in 0..FRACTIONS.len() {
         let mut softened = Vec::with_capacity(mixture.len());
         for (member, at_fractions) in mixture.iter_mut().zip(&of_members) {
-            let own = Temperature::fit(&at_fractions[place])?;
-            member.temperatures.push(own.get());
+            let own = Tempering::fit(&at_fractions[place])?;
+            let forecasts = at_fractions[place].iter();
+            softened.push(forecasts.map(|f| own.softened(f)).collect::<Vec<_>>());
+            member.temperatures.push(own.temperature());
             member.softening.push(own);
-            softened.push(all_softened(own, &at_fractions[place]));
         }
         let own: Vec<Vec<f64>> = softened.iter().map(|all| truths(all)).collect();
         let weights = shares(&own, LAPLACE)?;
@@ -107,7 +109,8 @@ fn choose(set: &Set, part: &Part) -> Result<Chosen, ExperimentError> {
             let posteriors: Vec<_> = posteriors.collect();
             mixed(&weights, &posteriors, softened[0][i].truth())
         });
-        *softening = Temperature::fit(&together.collect::<Result<Vec<_>, _>>()?)?;
+        let together = together.collect::<Result<Vec<_>, ExperimentError>>()?;
+        softening.push(Tempering::fit(&together)?);
         for (member, weight) in mixture.iter_mut().zip(weights) {
             member.weights.push(weight);
         }
@@ -115,7 +118,7 @@ fn choose(set: &Set, part: &Part) -> Result<Chosen, ExperimentError> {
     Ok(Chosen {
         part: part.name.clone(),
         mixture,
-        temperatures: softening.iter().map(|t| t.get()).collect(),
+        temperatures: softening.iter().map(Tempering::temperature).collect(),
         softening,
     })
 }

@@ -107,7 +107,7 @@ impl Held {
             let mut say =
                 |look: Look, fraction: f64| -> Result<(Forecast, Forecast), ExperimentError> {
                     let (tempered, raw) = mixture.forecast(&look, i)?;
-                    Ok((chosen.temperature(fraction).softened(&tempered), raw))
+                    Ok((chosen.tempering(fraction).softened(&tempered), raw))
                 };
             for (place, fraction) in FRACTIONS.into_iter().enumerate() {
                 let (tempered, raw) = say(shown.look(count, fraction, 0.0, i), fraction)?;
@@ -128,7 +128,7 @@ impl Held {
                 let look = shown.look(count, 1.0, 0.0, i);
                 let (tempered, _) = mixture.forecast(&look, i)?;
                 self.training
-                    .push(chosen.temperature(1.0).softened(&tempered));
+                    .push(chosen.tempering(1.0).softened(&tempered));
             }
         }
         Ok(())
@@ -194,10 +194,7 @@ fn decided(
     let seen = mixture.stream(&look, movement)?;
     let truth = seen.first().map_or(0, |seen| seen.forecast.truth());
     let stream = seen.iter().map(|seen| {
-        let tempered = shown
-            .chosen
-            .temperature(seen.share)
-            .softened(&seen.forecast);
+        let tempered = shown.chosen.tempering(seen.share).softened(&seen.forecast);
         (seen.time_s, tempered.log_posterior().to_vec())
     });
     Ok((decide(stream, CONFIDENCE)?, truth))

@@ -2,7 +2,8 @@ use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::{
-    CalibrationError, Decision, Early, Forecast, Reliability, Temperature, brier, decide, log_loss,
+    CalibrationError, Decision, Early, Forecast, Reliability, Temperature, Tempering, brier,
+    decide, log_loss,
 };
 
 fn forecast(probabilities: &[f64], truth: usize) -> Forecast {
@@ -190,4 +191,61 @@ fn what_is_no_forecast_is_refused() {
         decide([(f64::NAN, [0.0])], 0.5),
         Err(CalibrationError::Time { .. })
     ));
+}
+
+/// Two classes of log odds `odds`, so often right and wrong.
+fn of_odds(odds: f64, right: usize, wrong: usize) -> Vec<Forecast> {
+    let p = 1.0 / (1.0 + (-odds).exp());
+    let mut forecasts = vec![forecast(&[p, 1.0 - p], 0); right];
+    forecasts.extend(vec![forecast(&[p, 1.0 - p], 1); wrong]);
+    forecasts
+}
+
+#[test]
+fn tempering_is_the_integral_over_the_inverse_temperature() {
+    // The mean of sigmoid(4 b) where P(b | forecasts) ~ exp(-2 (b - 1)^2) sigmoid(4 b)^right sigmoid(-4 b)^wrong, by
+    // SciPy 1.17's `quad` over b from 0 to 10.
+    let integrals = [
+        (9, 1, 0.925_676_335),
+        (30, 10, 0.767_364_224),
+        (5, 0, 0.971_031_207),
+    ];
+    for (right, wrong, expected) in integrals {
+        let tempering = Tempering::fit(&of_odds(4.0, right, wrong)).unwrap();
+        let sure = forecast(
+            &[1.0 / (1.0 + (-4.0_f64).exp()), 1.0 / (1.0 + 4.0_f64.exp())],
+            0,
+        );
+        let softened = tempering.softened(&sure);
+        let got = softened.log_posterior()[0].exp();
+        assert!((got - expected).abs() < 1e-5, "{right}, {wrong}: {got}");
+        let sum: f64 = softened.log_posterior().iter().map(|l| l.exp()).sum();
+        close(sum, 1.0);
+    }
+}
+
+#[test]
+fn few_forecasts_leave_a_posterior_less_sure_than_their_best_temperature() {
+    let sure = forecast(&[0.999, 0.001], 0);
+    let gap = |times: usize| {
+        let forecasts = of_odds(4.0, 9 * times, times);
+        let plug_in = Temperature::fit(&forecasts).unwrap().softened(&sure);
+        let averaged = Tempering::fit(&forecasts).unwrap().softened(&sure);
+        plug_in.answer().1 - averaged.answer().1
+    };
+    let (few, many) = (gap(1), gap(100));
+    assert!(few > 0.005 && many.abs() < 0.1 * few, "{few} {many}");
+    assert!(Tempering::fit(&[]).is_err());
+}
+
+#[test]
+fn tempering_keeps_the_answer_and_impossible_stays_impossible() {
+    let tempering = Tempering::fit(&of_odds(2.0, 3, 2)).unwrap();
+    let softened = tempering.soften(&[0.5_f64.ln(), f64::NEG_INFINITY, 0.3_f64.ln(), 0.2_f64.ln()]);
+    assert_eq!(softened[1], f64::NEG_INFINITY);
+    assert!(softened[0] > softened[2] && softened[2] > softened[3]);
+    // A truth held impossible is so at any temperature: only the prior and the others speak.
+    let mut forecasts = of_odds(2.0, 3, 2);
+    forecasts.push(forecast(&[0.0, 1.0], 0));
+    assert_eq!(Tempering::fit(&forecasts).unwrap(), tempering);
 }
