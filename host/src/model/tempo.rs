@@ -18,7 +18,7 @@ use tonus_shared::promp::{
 };
 
 use super::recognise::{Prediction, RecogniseError};
-use super::{Durations, Model, View};
+use super::{Model, View};
 pub use config::{TempoConfig, TempoError};
 use grid::{Grid, LogNormal};
 pub use interval::Interval;
@@ -59,11 +59,11 @@ impl<'m> TempoRecogniser<'m> {
         let capacity = config.capacity.min(grid.saturating_mul(skills.len()));
         let slots = vec![Hypothesis::default(); capacity];
         let storage = vec![0.0; bank_len(capacity, basis, rank)];
-        let prior = |durations: &Durations| LogNormal::new(durations, config.tempo_log_std);
+        let counts = &model.parts().counts;
         Ok(Self {
             model,
             config,
-            durations: model.durations().iter().map(prior).collect(),
+            durations: LogNormal::each(model.durations(), counts, config.tempo_log_std),
             bank: Bank::new(latent, skills, slots, storage, config.floor_nats)?,
             kept: Vec::new(),
             scratch: vec![0.0; trajectory_scratch_len(basis, rank)],

@@ -13,9 +13,12 @@ use super::detector;
 use super::play::{Following, Said, play};
 use super::recordings::Action;
 
-const FUNCTIONS: [usize; 3] = [8, 12, 20];
+const FUNCTIONS: [usize; 2] = [8, 12];
 const PLACEMENTS_M: [f64; 3] = [0.1, 0.2, 0.3];
-const SIGMAS_M: [f64; 4] = [0.01, 0.02, 0.05, 0.1];
+/// Variance between people as a share of that within.
+const BETWEEN: [f64; 3] = [0.0, 1.0, 3.0];
+/// Noise assumed on each observation: the tracker's. What people do otherwise is in the skills' covariances.
+const SIGMA_M: f64 = 0.01;
 const RIDGE: f64 = 1e-1;
 pub(crate) const INTERVAL_S: f64 = 0.1;
 /// What a skill whose hypotheses were all dropped is taken to have: the floor, nats.
@@ -28,11 +31,11 @@ struct Form {
     placement_m: f64,
 }
 
-/// What is learnt, and the noise that is assumed on each observation, m.
+/// What is learnt, and how much other people differ.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Setting {
     form: Form,
-    sigma_m: f64,
+    between: f64,
 }
 
 impl Display for Setting {
@@ -41,10 +44,10 @@ impl Display for Setting {
             functions,
             placement_m,
         } = self.form;
-        let sigma_m = self.sigma_m;
+        let between = self.between;
         write!(
             f,
-            "K {functions}, placement {placement_m} m, sigma {sigma_m} m"
+            "K {functions}, placement {placement_m} m, between people {between} of the variance within"
         )
     }
 }
@@ -72,11 +75,18 @@ impl Form {
         learn(&demonstrations, &hyperparameters.check().expect("in range")).expect("a model")
     }
 
-    fn settings(self) -> [Setting; SIGMAS_M.len()] {
-        SIGMAS_M.map(|sigma_m| Setting {
+    fn settings(self) -> [Setting; BETWEEN.len()] {
+        BETWEEN.map(|between| Setting {
             form: self,
-            sigma_m,
+            between,
         })
+    }
+}
+
+impl Setting {
+    /// Of what was learnt, for others.
+    fn widened(&self, model: &Model) -> Model {
+        model.for_others(self.between).expect("in range")
     }
 }
 
@@ -99,7 +109,7 @@ impl Detecting {
         }
     }
 
-    fn following(&self, setting: &Setting) -> Following {
+    fn following(&self) -> Following {
         Following {
             tempo: TempoConfig {
                 durations: 7,
@@ -110,7 +120,7 @@ impl Detecting {
             },
             onset: self.onset,
             interval_s: INTERVAL_S,
-            sigma_m: setting.sigma_m,
+            sigma_m: SIGMA_M,
         }
     }
 }
@@ -130,7 +140,7 @@ fn forecasts(person: &[Action<'_>], detecting: &Detecting) -> Vec<(Setting, Vec<
         let others: Vec<_> = others.map(|index| &person[index]).collect();
         let model = form.learn(&others);
         let of = |setting: &Setting| {
-            let following = detecting.following(setting);
+            let (model, following) = (setting.widened(&model), detecting.following());
             let out = (0..person.len()).filter(out);
             let said = out.flat_map(|index| {
                 let action = &person[index];
@@ -182,7 +192,8 @@ impl Mixture {
         shares.retain(|(_, share)| *share > 0.0);
         shares.sort_by(|one, other| other.1.total_cmp(&one.1));
         let all: Vec<_> = person.iter().collect();
-        let models = shares.iter().map(|(setting, _)| setting.form.learn(&all));
+        let learnt = |(setting, _): &(Setting, f64)| setting.widened(&setting.form.learn(&all));
+        let models = shares.iter().map(learnt);
         Self {
             detecting,
             single: single.expect("the grid is not empty"),
@@ -199,11 +210,10 @@ impl Mixture {
 
     /// As [`super::play::play`]: the mixture's posterior, and the intervals of the setting with the largest share.
     pub(crate) fn play(&self, action: &Action<'_>, seed: u64) -> [Said; 3] {
-        let settings = self.models.iter().zip(&self.shares);
-        let each: Vec<[Said; 3]> = settings
-            .map(|(model, (setting, _))| {
+        let each: Vec<[Said; 3]> = (self.models.iter())
+            .map(|model| {
                 assert_eq!(model.labels(), self.labels());
-                play(model, &self.detecting.following(setting), action, seed)
+                play(model, &self.detecting.following(), action, seed)
             })
             .collect();
         let shares: Vec<f64> = self.shares.iter().map(|(_, share)| *share).collect();
