@@ -24,7 +24,6 @@ mod hyperparameters;
 mod learn;
 pub mod novelty;
 mod parts;
-mod people;
 mod placement;
 pub mod recognise;
 mod shrinkage;

@@ -18,7 +18,7 @@ use tonus_shared::promp::{
 };
 
 use super::recognise::{Prediction, RecogniseError};
-use super::{Model, View};
+use super::{Durations, Model, View};
 pub use config::{TempoConfig, TempoError};
 use grid::{Grid, LogNormal};
 pub use interval::Interval;
@@ -59,11 +59,11 @@ impl<'m> TempoRecogniser<'m> {
         let capacity = config.capacity.min(grid.saturating_mul(skills.len()));
         let slots = vec![Hypothesis::default(); capacity];
         let storage = vec![0.0; bank_len(capacity, basis, rank)];
-        let counts = &model.parts().counts;
+        let prior = |durations: &Durations| LogNormal::new(durations, config.tempo_log_std);
         Ok(Self {
             model,
             config,
-            durations: LogNormal::each(model.durations(), counts, config.tempo_log_std),
+            durations: model.durations().iter().map(prior).collect(),
             bank: Bank::new(latent, skills, slots, storage, config.floor_nats)?,
             kept: Vec::new(),
             scratch: vec![0.0; trajectory_scratch_len(basis, rank)],

@@ -13,12 +13,9 @@ use super::detector;
 use super::play::{Following, Said, play};
 use super::recordings::Action;
 
-const FUNCTIONS: [usize; 2] = [8, 12];
+const FUNCTIONS: [usize; 3] = [8, 12, 20];
 const PLACEMENTS_M: [f64; 3] = [0.1, 0.2, 0.3];
-/// Variance between people as a share of that within.
-const BETWEEN: [f64; 3] = [0.0, 1.0, 3.0];
-/// Noise assumed on each observation: the tracker's. What people do otherwise is in the skills' covariances.
-const SIGMA_M: f64 = 0.01;
+const SIGMAS_M: [f64; 4] = [0.01, 0.02, 0.05, 0.1];
 const RIDGE: f64 = 1e-1;
 pub(crate) const INTERVAL_S: f64 = 0.1;
 /// What a skill whose hypotheses were all dropped is taken to have: the floor, nats.
@@ -31,11 +28,11 @@ struct Form {
     placement_m: f64,
 }
 
-/// What is learnt, and how much other people differ.
+/// What is learnt, and the noise that is assumed on each observation, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Setting {
     form: Form,
-    between: f64,
+    sigma_m: f64,
 }
 
 impl Display for Setting {
@@ -44,10 +41,10 @@ impl Display for Setting {
             functions,
             placement_m,
         } = self.form;
-        let between = self.between;
+        let sigma_m = self.sigma_m;
         write!(
             f,
-            "K {functions}, placement {placement_m} m, between people {between} of the variance within"
+            "K {functions}, placement {placement_m} m, sigma {sigma_m} m"
         )
     }
 }
@@ -75,18 +72,11 @@ impl Form {
         learn(&demonstrations, &hyperparameters.check().expect("in range")).expect("a model")
     }
 
-    fn settings(self) -> [Setting; BETWEEN.len()] {
-        BETWEEN.map(|between| Setting {
+    fn settings(self) -> [Setting; SIGMAS_M.len()] {
+        SIGMAS_M.map(|sigma_m| Setting {
             form: self,
-            between,
+            sigma_m,
         })
-    }
-}
-
-impl Setting {
-    /// Of what was learnt, for others.
-    fn widened(&self, model: &Model) -> Model {
-        model.for_others(self.between).expect("in range")
     }
 }
 
@@ -109,7 +99,7 @@ impl Detecting {
         }
     }
 
-    fn following(&self) -> Following {
+    fn following(&self, setting: &Setting) -> Following {
         Following {
             tempo: TempoConfig {
                 durations: 7,
@@ -120,7 +110,7 @@ impl Detecting {
             },
             onset: self.onset,
             interval_s: INTERVAL_S,
-            sigma_m: SIGMA_M,
+            sigma_m: setting.sigma_m,
         }
     }
 }
@@ -140,7 +130,7 @@ fn forecasts(person: &[Action<'_>], detecting: &Detecting) -> Vec<(Setting, Vec<
         let others: Vec<_> = others.map(|index| &person[index]).collect();
         let model = form.learn(&others);
         let of = |setting: &Setting| {
-            let (model, following) = (setting.widened(&model), detecting.following());
+            let following = detecting.following(setting);
             let out = (0..person.len()).filter(out);
             let said = out.flat_map(|index| {
                 let action = &person[index];
@@ -192,8 +182,7 @@ impl Mixture {
         shares.retain(|(_, share)| *share > 0.0);
         shares.sort_by(|one, other| other.1.total_cmp(&one.1));
         let all: Vec<_> = person.iter().collect();
-        let learnt = |(setting, _): &(Setting, f64)| setting.widened(&setting.form.learn(&all));
-        let models = shares.iter().map(learnt);
+        let models = shares.iter().map(|(setting, _)| setting.form.learn(&all));
         Self {
             detecting,
             single: single.expect("the grid is not empty"),
@@ -210,10 +199,11 @@ impl Mixture {
 
     /// As [`super::play::play`]: the mixture's posterior, and the intervals of the setting with the largest share.
     pub(crate) fn play(&self, action: &Action<'_>, seed: u64) -> [Said; 3] {
-        let each: Vec<[Said; 3]> = (self.models.iter())
-            .map(|model| {
+        let settings = self.models.iter().zip(&self.shares);
+        let each: Vec<[Said; 3]> = settings
+            .map(|(model, (setting, _))| {
                 assert_eq!(model.labels(), self.labels());
-                play(model, &self.detecting.following(), action, seed)
+                play(model, &self.detecting.following(setting), action, seed)
             })
             .collect();
         let shares: Vec<f64> = self.shares.iter().map(|(_, share)| *share).collect();

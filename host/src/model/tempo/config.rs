@@ -5,8 +5,8 @@
 pub struct TempoConfig {
     /// Durations of each skill, at least 1: so many points evenly spaced over the log-normal's ±2.5 standard deviations.
     pub durations: usize,
-    /// Standard deviation of log duration between people and days, from 0, on top of what the demonstrations of
-    /// all skills show. 0.2 is a fifth faster or slower.
+    /// Standard deviation of log duration between people and days, from 0, on top of what the skill's demonstrations
+    /// show. 0.2 is a fifth faster or slower.
     pub tempo_log_std: f64,
     /// Onsets, at least 1: so many points over ±2.5 standard deviations of the detector's error.
     pub onsets: usize,

@@ -1,6 +1,6 @@
 //! Priors over duration and onset, and the points that stand for them.
 
-use crate::model::Durations;
+use super::Durations;
 
 /// How far the grid reaches, standard deviations.
 const REACH: f64 = 2.5;
@@ -14,38 +14,20 @@ pub(super) struct LogNormal {
 }
 
 impl LogNormal {
-    /// One for each skill: the mean of its demonstrations' durations, of which there are `counts`, and the spread that all
-    /// skills show together, widened by the uncertainty of the mean and by `more` in the logarithm.
-    ///
-    /// A standard deviation of six durations is off by a third, and where two skills begin alike the one whose own came
-    /// out larger would win every movement faster or slower than shown. Movements of one kind vary in proportion to
-    /// their duration, so that one logarithmic spread, of all degrees of freedom, serves.
-    pub(super) fn each(durations: &[Durations], counts: &[u32], more: f64) -> Vec<Self> {
-        let variances = durations.iter().map(log_variance);
-        let freedoms = counts.iter().map(|n| f64::from(n.saturating_sub(1)));
-        let (sum, freedom) = variances
-            .zip(freedoms)
-            .fold((0.0, 0.0), |(sum, total), (variance, freedom)| {
-                (sum + freedom * variance, total + freedom)
-            });
-        let pooled = if freedom > 0.0 { sum / freedom } else { 0.0 };
-        let of_skill = |(durations, n): (&Durations, &u32)| Self {
-            log_mean: libm::log(durations.mean_s) - 0.5 * log_variance(durations),
-            log_std: libm::sqrt(pooled * (1.0 + 1.0 / f64::from(*n)) + more * more),
-        };
-        durations.iter().zip(counts).map(of_skill).collect()
+    /// Of the same mean and standard deviation as the demonstrations' durations, widened by `more` in the logarithm.
+    pub(super) fn new(durations: &Durations, more: f64) -> Self {
+        let share = durations.std_s / durations.mean_s;
+        let variance = libm::log1p(share * share);
+        Self {
+            log_mean: libm::log(durations.mean_s) - 0.5 * variance,
+            log_std: libm::sqrt(variance + more * more),
+        }
     }
 
     /// The duration so many standard deviations from the median, seconds.
     pub(super) fn at(&self, deviations: f64) -> f64 {
         libm::exp(self.log_mean + deviations * self.log_std)
     }
-}
-
-/// Of the log-normal that has the mean and standard deviation of these durations.
-fn log_variance(durations: &Durations) -> f64 {
-    let share = durations.std_s / durations.mean_s;
-    libm::log1p(share * share)
 }
 
 /// Points evenly spaced over ±[`REACH`] standard deviations of a Gaussian, weighted by its density.
@@ -85,48 +67,23 @@ impl Grid {
 mod tests {
     use super::*;
 
-    fn lasting(mean_s: f64, std_s: f64) -> Durations {
-        Durations {
-            mean_s,
-            std_s,
-            min_s: 0.5 * mean_s,
-            max_s: 2.0 * mean_s,
-        }
-    }
-
     #[test]
     fn a_log_normal_has_the_moments_it_was_given() {
-        // So many demonstrations that their mean is known.
-        let of = |more| LogNormal::each(&[lasting(1.6, 0.4)], &[u32::MAX], more)[0];
-        let prior = of(0.0);
+        let durations = Durations {
+            mean_s: 1.6,
+            std_s: 0.4,
+            min_s: 1.0,
+            max_s: 2.4,
+        };
+        let prior = LogNormal::new(&durations, 0.0);
         // Moments of a log-normal: exp(m + v / 2) and that times sqrt(exp(v) - 1).
         let variance = prior.log_std * prior.log_std;
         let mean = (prior.log_mean + 0.5 * variance).exp();
-        assert!((mean - 1.6).abs() < 1e-9);
-        assert!((mean * variance.exp_m1().sqrt() - 0.4).abs() < 1e-9);
-        let wider = of(0.3);
+        assert!((mean - 1.6).abs() < 1e-12);
+        assert!((mean * variance.exp_m1().sqrt() - 0.4).abs() < 1e-12);
+        let wider = LogNormal::new(&durations, 0.3);
         assert!((wider.log_std.powi(2) - variance - 0.09).abs() < 1e-12);
         assert!((wider.at(0.0) - prior.at(0.0)).abs() < 1e-12);
-    }
-
-    #[test]
-    fn skills_share_their_spread_by_degrees_of_freedom() {
-        let skills = [lasting(1.0, 0.1), lasting(2.0, 0.6), lasting(1.5, 0.0)];
-        let priors = LogNormal::each(&skills, &[3, 9, 1], 0.0);
-        // Log-variances ln(1 + 0.01) and ln(1 + 0.09) of 2 and 8 degrees of freedom; the third has none.
-        let pooled = (2.0 * 1.01_f64.ln() + 8.0 * 1.09_f64.ln()) / 10.0;
-        for (prior, n) in priors.iter().zip([3.0, 9.0, 1.0]) {
-            let expected = pooled * (1.0 + 1.0 / n);
-            assert!(
-                (prior.log_std.powi(2) - expected).abs() < 1e-12,
-                "{prior:?}"
-            );
-        }
-        // Medians stay the skills' own.
-        assert!((priors[0].at(0.0) - 1.0 / 1.01_f64.sqrt()).abs() < 1e-12);
-        assert!((priors[1].at(0.0) - 2.0 / 1.09_f64.sqrt()).abs() < 1e-12);
-        let once = LogNormal::each(&[lasting(1.5, 0.0)], &[1], 0.2)[0];
-        assert!((once.log_std - 0.2).abs() < 1e-12 && (once.at(0.0) - 1.5).abs() < 1e-12);
     }
 
     #[test]
