@@ -9,8 +9,8 @@
 //! [`settings`]) in a mixture of their answers (`model::stacking`) by log-loss over whole, half and 30 % under Laplace's
 //! prior, one run left out in turn, and the detector's error by its median and spread over that person's own actions.
 //!
-//! Asked for: 29 of 36 from subject 1 to subject 2 at half. **It is not reached: 27.** That figure was looked at for nine
-//! designs. With weights fitted by a plain ridge: one setting chosen instead of a mixture, 28; the same from three wider
+//! Asked for: 29 of 36 from subject 1 to subject 2 at half. **It is not reached: 27.** That figure was looked at for ten
+//! designs, the tenth below. With weights fitted by a plain ridge: one setting chosen instead of a mixture, 28; the same from three wider
 //! grids, 28 each; from a smaller grid, 26; the mixture without a prior, 28. With weights that go straight across gaps: the
 //! mixture without a prior, 28 (log-loss 0.59); with it, 27 (0.67); with it, each run played as two other people who stand
 //! 0.1 m elsewhere, reach a tenth farther and take a fifth longer (standard deviations), 28 (0.66). What is kept is what
@@ -22,6 +22,26 @@
 //! 0.2) in the mixture: with the shares, too, found without the run in question, log-loss 0.276 against 0.264 (subject 1),
 //! 0.308 against 0.282 (subject 2), left out. What may come next, judged from where the hand rests before a movement: 0.261
 //! against 0.264 and 0.359 against 0.282, left out.
+//!
+//! The tenth states what one person's runs cannot show: noise is the tracker's, 10 mm; in place of white noise of up to 0.1 m
+//! each skill's covariance grows by 0, 1 or 3 times itself for other people; the skills' durations share one logarithmic
+//! spread; 18 settings. From subject 1 to subject 2: 35, 28 and 17 of 36, log-loss 0.06, 0.50 and 0.84. From subject 2 to
+//! subject 1: 49, 42 and 33 of 54, log-loss 0.15, 0.57 and 1.20. Left out: the training people do not choose it (0.249 against
+//! 0.237 for subject 1, 0.206 against 0.169 for subject 2), and the whole movement loses. One more right than 27 is no
+//! finding: the exact 95 % interval of 28 of 36 is 0.61 to 0.90, and a recogniser that is right so often reaches 29 in 44 of
+//! 100 such tests.
+//!
+//! While it was drawn up subject 2's positions and durations were looked at, and, at half from subject 2 to subject 1, single
+//! settings (8 functions, 10 mm): placement 0.1 m, 47 of 54, log-loss 0.86, with a shared spread of durations 0.71, with
+//! people who differ by 1 and 3 times as well 0.64 and 0.57; placement 0.2 m, 44 and 45; the mean of the two placements, 48
+//! (0.62); their evidence added up, 45 (0.72); wider tempos and a Student-t of durations, 43 to 47 (0.70 to 0.77); a pace that
+//! is followed from movement to movement, 46.
+//!
+//! Found on single settings of a training person alone, log-loss over the three parts: steps of 0.08 to 0.32 of the duration
+//! and of 50 to 150 ms of the onset, 0.29 to 0.31 (subject 1), so that the grid is fine enough; noise of 10, 20, 50 and
+//! 100 mm 0.29, 0.33, 0.39 and 0.40 (subject 1); a shared spread of durations +0.003 (standard error 0.004; subject 1), -0.016
+//! (0.015) and +0.014 (0.015; subject 2); a pace followed from movement to movement 0.336 against 0.326 (subject 1);
+//! evidence added up over settings instead of shares 0.272 against 0.271 and 0.258 against 0.264.
 #![allow(missing_docs, reason = "test suite")]
 
 mod detector;
@@ -108,17 +128,26 @@ fn across(names: (&str, &str), person: &[Action<'_>], other: &[Action<'_>]) -> S
     outside
 }
 
-#[test]
-fn six_actions_at_an_unknown_tempo() {
-    let recorded = ["subject1", "subject2"].map(runs);
-    let [one, two] = [0, 1].map(|person: usize| actions(&recorded[person]));
-    assert_eq!((one.len(), two.len()), (54, 36));
+/// How a recogniser learnt from the first person answers to the second, of whom there are so many actions.
+fn six_actions(names: (&str, &str), counts: (usize, usize)) -> Score {
+    let [person, other] = [names.0, names.1].map(|name| runs(&name.replace(' ', "")));
+    let (person, other) = (actions(&person), actions(&other));
+    assert_eq!((person.len(), other.len()), counts);
     println!("Six actions, hand position only, every {INTERVAL_S} s, onset and duration unknown.");
-    let on_two = across(("subject 1", "subject 2"), &one, &two);
-    let on_one = across(("subject 2", "subject 1"), &two, &one);
+    across(names, &person, &other)
+}
+
+#[test]
+fn six_actions_at_an_unknown_tempo_from_the_first_to_the_second() {
+    let on_two = six_actions(("subject 1", "subject 2"), (54, 36));
     // 29 were asked for.
     assert!(on_two.correct[1] >= 27, "half: {on_two}");
     assert!(on_two.mean_loss(1) <= 0.7, "half: {on_two}");
+}
+
+#[test]
+fn six_actions_at_an_unknown_tempo_from_the_second_to_the_first() {
+    let on_one = six_actions(("subject 2", "subject 1"), (36, 54));
     assert!(on_one.correct[1] >= 42, "half: {on_one}");
     assert!(on_one.mean_loss(1) <= 0.9, "half: {on_one}");
 }
