@@ -26,6 +26,7 @@ PACKAGES = {
     "tonus": {"tonus-shared"},
     "tonus-tests": {"tonus", "tonus-shared"},
     "tonus-air": {"tonus-firmware", "tonus-shared"},
+    "tonus-on-target": {"tonus-shared"},
 }
 
 # Source folder -> (its crate's name in paths, room -> rooms of the same crate it may use, or one module of a
