@@ -1,25 +1,30 @@
-//! The wearable on an nRF52840: wires pins, clocks and radio to the portable parts in the library.
+//! The wearable on an nRF52840: wires pins, clocks and a transport to the portable parts in the library.
 #![no_std]
 #![no_main]
 
 mod board;
 mod front_end;
+#[cfg(feature = "ble")]
 mod radio;
+#[cfg(feature = "wired")]
+mod serial;
 
 use defmt_rtt as _;
 use panic_probe as _;
 
 use embassy_executor::{InterruptExecutor, Spawner};
 use embassy_nrf::interrupt;
-use nrf_sdc::{SoftdeviceController, mpsl::MultiprotocolServiceLayer};
-use tonus_firmware::{ble, outbox::Outbox, signal_path::SignalPath};
-use trouble_host::Address;
+#[cfg(feature = "ble")]
+use radio as transport;
+#[cfg(feature = "wired")]
+use serial as transport;
+use tonus_firmware::{outbox::Outbox, signal_path::SignalPath};
 
 /// Runs the signal path above the thread: pairing computes on a curve for hundreds of milliseconds there,
 /// many times the 5 ms in which a converter buffer must be taken.
 static SIGNAL_PATH: InterruptExecutor = InterruptExecutor::new();
 
-/// From the signal path to the radio.
+/// From the signal path to the transport.
 static OUTBOX: Outbox = Outbox::new();
 
 #[interrupt]
@@ -36,46 +41,14 @@ unsafe fn EGU1_SWI1() {
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     let board = board::take();
-    let (mpsl, controller) = match radio::start(board.radio) {
-        Ok(parts) => parts,
-        Err(error) => {
-            defmt::error!("radio did not start: {}", error);
-            return;
-        }
-    };
-    // Without the crystal the scan timer would follow the RC oscillator, hundreds of parts per million off;
-    // the guard keeps it running.
-    let crystal = mpsl.request_hfclk().await;
-    if crystal.is_err() {
-        defmt::error!("the crystal oscillator cannot be held: scan times drift");
+    if let Err(error) = transport::start(board.transport, spawner, &OUTBOX).await {
+        defmt::error!("the transport did not start: {}", error);
+        return;
     }
     let urgent = SIGNAL_PATH.start(board::SIGNAL_PATH_INTERRUPT);
-    let tasks = (
-        acquire(board.front_end, board.boot_id),
-        drive_radio(mpsl),
-        serve(controller, board.address),
-    );
-    let (Ok(acquire), Ok(drive_radio), Ok(serve)) = tasks else {
-        defmt::error!("a task was started twice");
-        return;
-    };
-    urgent.spawn(acquire);
-    spawner.spawn(drive_radio);
-    spawner.spawn(serve);
-    core::future::pending::<()>().await;
-}
-
-/// What Nordic's libraries leave to be done outside their interrupts.
-#[embassy_executor::task]
-async fn drive_radio(mpsl: &'static MultiprotocolServiceLayer<'static>) -> ! {
-    mpsl.run().await
-}
-
-#[embassy_executor::task]
-async fn serve(controller: SoftdeviceController<'static>, address: Address) {
-    let report = |notice| defmt::info!("{}", notice);
-    if let Err(error) = ble::run(controller, address, &OUTBOX, report).await {
-        defmt::error!("radio stopped, reset the wearable: {}", error);
+    match acquire(board.front_end, board.boot_id) {
+        Ok(acquire) => urgent.spawn(acquire),
+        Err(error) => defmt::error!("acquisition did not start: {}", error),
     }
 }
 

@@ -1,12 +1,16 @@
-//! Nordic's radio: the multiprotocol service layer (MPSL) and the controller above it (SDC).
+//! The transport `ble`: Nordic's multiprotocol service layer (MPSL), the controller above it (SDC), and the tasks that
+//! run them.
 
+use embassy_executor::{SpawnError, Spawner};
 use nrf_sdc::{
     Builder, Mem, SoftdeviceController,
-    mpsl::{MultiprotocolServiceLayer, raw},
+    mpsl::{Hfclk, MultiprotocolServiceLayer, raw},
 };
 use static_cell::StaticCell;
+use tonus_firmware::{ble, outbox::Outbox};
+use trouble_host::Address;
 
-use crate::board::{Irqs, Radio};
+use crate::board::{Irqs, Transport};
 
 /// Bytes per air packet: the longest that data length extension allows, less its header.
 const PACKET_SIZE: u16 = 251;
@@ -19,12 +23,56 @@ const MEMORY: usize = 4096;
 /// Accuracy of the board's 32 kHz crystal in parts per million.
 const CRYSTAL_PPM: u16 = 50;
 
-/// Starts both libraries.
+/// Why the radio does not run.
+#[derive(defmt::Format)]
+pub(crate) enum StartError {
+    /// What Nordic's library returned: a resource in use, or too little [`MEMORY`].
+    Library(nrf_sdc::Error),
+    /// A task was started twice.
+    Task(SpawnError),
+}
+
+/// Starts both libraries and the tasks that send what appears in `outbox`.
 ///
 /// # Errors
-/// What Nordic's library returned: a resource in use, or too little [`MEMORY`].
-pub(crate) fn start(
-    radio: Radio,
+/// [`StartError`]; there is no way on but a reset.
+pub(crate) async fn start(
+    parts: Transport,
+    spawner: Spawner,
+    outbox: &'static Outbox,
+) -> Result<(), StartError> {
+    let address = parts.address;
+    let (mpsl, controller) = libraries(parts).map_err(StartError::Library)?;
+    // Without the crystal the scan timer would follow the RC oscillator, hundreds of parts per million off.
+    let crystal = mpsl.request_hfclk().await;
+    if crystal.is_err() {
+        defmt::error!("the crystal oscillator cannot be held: scan times drift");
+    }
+    spawner.spawn(drive(mpsl, crystal.ok()).map_err(StartError::Task)?);
+    spawner.spawn(serve(controller, address, outbox).map_err(StartError::Task)?);
+    Ok(())
+}
+
+/// What Nordic's libraries leave to be done outside their interrupts; holds the crystal oscillator.
+#[embassy_executor::task]
+async fn drive(mpsl: &'static MultiprotocolServiceLayer<'static>, _crystal: Option<Hfclk>) -> ! {
+    mpsl.run().await
+}
+
+#[embassy_executor::task]
+async fn serve(
+    controller: SoftdeviceController<'static>,
+    address: Address,
+    outbox: &'static Outbox,
+) {
+    let report = |notice| defmt::info!("{}", notice);
+    if let Err(error) = ble::run(controller, address, outbox, report).await {
+        defmt::error!("radio stopped, reset the wearable: {}", error);
+    }
+}
+
+fn libraries(
+    radio: Transport,
 ) -> Result<
     (
         &'static MultiprotocolServiceLayer<'static>,
