@@ -10,7 +10,7 @@ use tonus_firmware::{
     outbox::Outbox,
     wired::{self, Inbox},
 };
-use tonus_shared::wire::cobs::MAX_BLOCK_BYTES;
+use tonus_shared::wire::cobs::{BAUD, MAX_BLOCK_BYTES};
 
 use crate::board::{Irqs, Transport};
 
@@ -22,8 +22,7 @@ const SEND_BYTES: usize = MAX_BLOCK_BYTES;
 /// From the host.
 static INBOX: Inbox = Inbox::new();
 
-/// Opens the port at 1 Mbaud, 8 data bits, no parity, one stop bit, no flow control, and starts the task that
-/// sends what appears in `outbox`.
+/// Opens the port at [`BAUD`] and starts the task that sends what appears in `outbox`.
 ///
 /// # Errors
 /// When the task was started before.
@@ -39,6 +38,7 @@ pub(crate) async fn start(
     static RECEIVED: StaticCell<[u8; RECEIVE_BYTES]> = StaticCell::new();
     static TO_SEND: StaticCell<[u8; SEND_BYTES]> = StaticCell::new();
 
+    const { assert!(BAUD == 1_000_000, "the rate below is the host's") }
     let mut config = Config::default();
     config.baudrate = Baudrate::Baud1m;
     let port = BufferedUarte::new(

@@ -25,6 +25,8 @@ PACKAGES = {
     "tonus-firmware": {"tonus-shared"},
     "tonus": {"tonus-shared"},
     "tonus-tests": {"tonus", "tonus-shared"},
+    # Under GPL-2.0, as the emulator that it links: nothing may stand on it.
+    "tonus-emulated": {"tonus-firmware", "tonus-shared"},
 }
 
 # Source folder -> (its crate's name in paths, room -> rooms of the same crate it may use, or one module of a
@@ -50,9 +52,12 @@ ROOMS = {
         "outbox": set(),
         "ble": {"outbox"},
         "signal_path": {"acquisition", "outbox"},
+        "wired": {"outbox"},
         "board": set(),
         "front_end": {"acquisition", "board"},
-        "radio": {"board"},
+        # The two transports; an image has one.
+        "radio": {"board", "ble", "outbox"},
+        "serial": {"board", "outbox", "wired"},
     }),
     "host/src": ("tonus", {
         "lib": ANY,

@@ -7,6 +7,9 @@
 use super::error::WireError;
 use super::table::MAX_FRAME_BYTES;
 
+/// Bits per second of the wearable's serial port; 8 data bits, no parity, one stop bit, no flow control. The stream
+/// and everything beside it need a tenth of it.
+pub const BAUD: u32 = 1_000_000;
 /// Ends every block, and is found nowhere else.
 pub const DELIMITER: u8 = 0;
 /// Longest run that one length byte announces.
