@@ -4,6 +4,7 @@
 //! conversion of all channels is complete.
 
 pub mod ads129x;
+pub mod saadc;
 
 use core::future::Future;
 

@@ -1,22 +1,39 @@
 //! The nRF52840 DK: the only file that names pins, timers, programmable interconnect (PPI) channels and
 //! interrupt priorities.
 //!
-//! Nordic's radio libraries own RADIO, TIMER0, RTC0, CLOCK, TEMP and PPI 17 to 31. Priorities, urgent
-//! first: 0 radio; 2 time driver; 3 converter; 4 radio library's own work; 6 signal path; then the thread.
+//! With the radio, Nordic's libraries own RADIO, TIMER0, RTC0, CLOCK, TEMP and PPI 17 to 31. Priorities, urgent
+//! first: 0 radio; 2 time driver; 3 converter; 4 radio library's own work, serial port; 6 signal path; then the
+//! thread.
 
+#[cfg(feature = "wired")]
+use embassy_nrf::buffered_uarte;
 use embassy_nrf::{
     Peri, bind_interrupts,
     config::{Config, HfclkSource, LfclkSource},
-    gpio::{Input, Pull},
     interrupt::{self, InterruptExt, Priority},
-    mode::Async,
-    pac, peripherals,
+    peripherals,
     rng::{self, Rng},
     saadc,
 };
+#[cfg(feature = "ble")]
+use embassy_nrf::{
+    gpio::{Input, Pull},
+    mode::Async,
+    pac,
+};
+#[cfg(feature = "ble")]
 use nrf_sdc::mpsl::{ClockInterruptHandler, HighPrioInterruptHandler, LowPrioInterruptHandler};
+#[cfg(feature = "ble")]
 use trouble_host::Address;
 
+#[cfg(feature = "wired")]
+bind_interrupts!(pub(crate) struct Irqs {
+    RNG => rng::InterruptHandler<peripherals::RNG>;
+    SAADC => saadc::InterruptHandler;
+    UARTE0 => buffered_uarte::InterruptHandler<peripherals::UARTE0>;
+});
+
+#[cfg(feature = "ble")]
 bind_interrupts!(pub(crate) struct Irqs {
     RNG => rng::InterruptHandler<peripherals::RNG>;
     EGU0_SWI0 => LowPrioInterruptHandler;
@@ -28,6 +45,7 @@ bind_interrupts!(pub(crate) struct Irqs {
 });
 
 /// As a host reads it.
+#[cfg(feature = "ble")]
 pub(crate) const MODEL: &str = "nRF52840 DK";
 
 /// The software interrupt that runs the signal path above the thread.
@@ -44,19 +62,33 @@ pub(crate) struct FrontEnd {
 }
 
 /// What Nordic's libraries need.
-pub(crate) struct Radio {
+#[cfg(feature = "ble")]
+pub(crate) struct Transport {
     pub(crate) mpsl: nrf_sdc::mpsl::Peripherals<'static>,
     pub(crate) controller: nrf_sdc::Peripherals<'static>,
     pub(crate) random: Rng<'static, Async>,
+    pub(crate) address: Address,
+    /// Button 1; low while pressed.
+    pub(crate) button: Input<'static>,
+}
+
+/// What the serial port needs: its pins, and a counter of received bytes that runs without the processor.
+#[cfg(feature = "wired")]
+pub(crate) struct Transport {
+    pub(crate) port: Peri<'static, peripherals::UARTE0>,
+    /// To the board's debugger, which shows it to the host as a serial port.
+    pub(crate) to_host: Peri<'static, peripherals::P0_06>,
+    pub(crate) from_host: Peri<'static, peripherals::P0_08>,
+    pub(crate) byte_counter: Peri<'static, peripherals::TIMER2>,
+    pub(crate) count: Peri<'static, peripherals::PPI_CH2>,
+    pub(crate) restart: Peri<'static, peripherals::PPI_CH3>,
+    pub(crate) restart_once: Peri<'static, peripherals::PPI_GROUP0>,
 }
 
 /// The chip, shared out.
 pub(crate) struct Board {
     pub(crate) front_end: FrontEnd,
-    pub(crate) radio: Radio,
-    pub(crate) address: Address,
-    /// Button 1; low while pressed.
-    pub(crate) button: Input<'static>,
+    pub(crate) transport: Transport,
     /// Random; tells one start from another.
     pub(crate) boot_id: u32,
 }
@@ -70,6 +102,8 @@ pub(crate) fn take() -> Board {
     config.time_interrupt_priority = Priority::P2;
     let p = embassy_nrf::init(config);
     interrupt::SAADC.set_priority(Priority::P3);
+    #[cfg(feature = "wired")]
+    interrupt::UARTE0.set_priority(Priority::P4);
     SIGNAL_PATH_INTERRUPT.set_priority(Priority::P6);
 
     let front_end = FrontEnd {
@@ -81,7 +115,18 @@ pub(crate) fn take() -> Board {
     };
     let mut random = Rng::new(p.RNG, Irqs);
     let boot_id = random.blocking_next_u32();
-    let radio = Radio {
+    #[cfg(feature = "wired")]
+    let transport = Transport {
+        port: p.UARTE0,
+        to_host: p.P0_06,
+        from_host: p.P0_08,
+        byte_counter: p.TIMER2,
+        count: p.PPI_CH2,
+        restart: p.PPI_CH3,
+        restart_once: p.PPI_GROUP0,
+    };
+    #[cfg(feature = "ble")]
+    let transport = Transport {
         mpsl: nrf_sdc::mpsl::Peripherals::new(
             p.RTC0, p.TIMER0, p.TEMP, p.PPI_CH19, p.PPI_CH30, p.PPI_CH31,
         ),
@@ -90,16 +135,17 @@ pub(crate) fn take() -> Board {
             p.PPI_CH25, p.PPI_CH26, p.PPI_CH27, p.PPI_CH28, p.PPI_CH29,
         ),
         random,
+        address: static_address(),
+        button: Input::new(p.P0_11, Pull::Up),
     };
     Board {
         front_end,
-        radio,
-        address: static_address(),
-        button: Input::new(p.P0_11, Pull::Up),
+        transport,
         boot_id,
     }
 }
 
+#[cfg(feature = "ble")]
 /// The factory's random number as a static random address: its two highest bits must be set.
 fn static_address() -> Address {
     let low = pac::FICR.deviceaddr(0).read().to_le_bytes();

@@ -6,32 +6,8 @@ use embassy_nrf::{
 };
 use embassy_time::Instant;
 use tonus_firmware::acquisition::{BUFFER_SCANS, CHANNELS, PERIOD_US};
-use tonus_shared::{
-    sample::{AdcScale, AdcScaleError},
-    wire::Muscle,
-};
 
 use crate::board::{self, Irqs};
-
-/// Where the electrode pair sits.
-pub(crate) const MUSCLES: [Muscle; CHANNELS] = [Muscle::BicepsLong];
-/// Counts of the 12-bit converter.
-const COUNTS: i32 = 4096;
-/// Its range: 0.6 V internal reference at a gain of one sixth.
-const RANGE_V: f64 = 3.6;
-/// Gain of the analogue amplifier between electrodes and converter.
-const AMPLIFIER_GAIN: f64 = 200.0;
-/// What the amplifier gives for 0 V at the electrodes: 1.65 V, half of its supply.
-const BIAS_COUNTS: i32 = 1877;
-
-/// Counts to volts at the electrodes.
-///
-/// # Errors
-/// [`AdcScaleError`] when the constants above contradict each other.
-pub(crate) fn scale() -> Result<AdcScale, AdcScaleError> {
-    let volts_per_count = RANGE_V / f64::from(COUNTS) / AMPLIFIER_GAIN;
-    AdcScale::new(volts_per_count, BIAS_COUNTS, 0, COUNTS - 1)
-}
 
 /// Converts for ever and hands each full buffer, with the device time at which it was seen, to `full`.
 ///

@@ -15,7 +15,7 @@ use embassy_time::{Duration, Instant};
 use tonus_shared::wire::{self, Frame, Kind, WireError};
 
 /// Frames that wait: a host's burst of hand positions and pings within one connection interval.
-const PLACES: usize = 4;
+pub const PLACES: usize = 4;
 /// Frames accepted in a burst before the rate counts.
 const BURST: u32 = 64;
 /// One more frame is accepted per this time: twice the fastest that a host has reason to send (hand
@@ -24,6 +24,7 @@ const REFILL: Duration = Duration::from_millis(2);
 
 /// Why a host's frame was not taken.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum Refusal {
     /// The bytes are no frame.
     #[error(transparent)]
@@ -33,6 +34,12 @@ pub enum Refusal {
     OutOfPlace {
         /// The kind that belongs here.
         expected: Kind,
+        /// The kind that came.
+        got: Kind,
+    },
+    /// A whole frame of a kind that only a wearable sends.
+    #[error("{got} frame from a host: only a wearable sends these")]
+    NotFromHost {
         /// The kind that came.
         got: Kind,
     },
@@ -76,7 +83,38 @@ impl Inbox {
     /// # Errors
     /// [`Refusal`]; it is counted, and nothing else happens.
     pub fn offer(&self, now: Instant, expected: Kind, bytes: &[u8]) -> Result<(), Refusal> {
-        let outcome = self.admit(now, expected, bytes);
+        self.counted(self.admit(now, bytes, |got| {
+            let right = got == expected;
+            right
+                .then_some(())
+                .ok_or(Refusal::OutOfPlace { expected, got })
+        }))
+    }
+
+    /// As [`Self::offer`], where one place takes all that a host sends.
+    ///
+    /// # Errors
+    /// [`Refusal`]; it is counted, and nothing else happens.
+    pub fn offer_any(&self, now: Instant, bytes: &[u8]) -> Result<(), Refusal> {
+        self.counted(self.admit(now, bytes, |got| match got {
+            Kind::HandPosition
+            | Kind::Ping
+            | Kind::Control
+            | Kind::Calibration
+            | Kind::ModelUpload => Ok(()),
+            Kind::Configuration
+            | Kind::Stream
+            | Kind::RawSemg
+            | Kind::Orientation
+            | Kind::Inference
+            | Kind::Status
+            | Kind::ModelState
+            | Kind::Reply
+            | Kind::LastWords => Err(Refusal::NotFromHost { got }),
+        }))
+    }
+
+    fn counted(&self, outcome: Result<(), Refusal>) -> Result<(), Refusal> {
         if outcome.is_err() {
             self.state.lock(|state| {
                 let mut state = state.borrow_mut();
@@ -86,12 +124,14 @@ impl Inbox {
         outcome
     }
 
-    fn admit(&self, now: Instant, expected: Kind, bytes: &[u8]) -> Result<(), Refusal> {
+    fn admit(
+        &self,
+        now: Instant,
+        bytes: &[u8],
+        belongs: impl FnOnce(Kind) -> Result<(), Refusal>,
+    ) -> Result<(), Refusal> {
         let frame = wire::decode(bytes)?;
-        let got = frame.packet.kind();
-        if got != expected {
-            return Err(Refusal::OutOfPlace { expected, got });
-        }
+        belongs(frame.packet.kind())?;
         if !self.state.lock(|state| state.borrow_mut().spend(now)) {
             return Err(Refusal::TooFast);
         }
@@ -101,6 +141,11 @@ impl Inbox {
     /// Waits for the next frame, the oldest first.
     pub async fn take(&self) -> Frame {
         self.frames.receive().await
+    }
+
+    /// The next frame if one waits, the oldest first.
+    pub fn try_take(&self) -> Option<Frame> {
+        self.frames.try_receive().ok()
     }
 
     /// Frames refused since start; wraps.

@@ -49,6 +49,12 @@ impl<const C: usize> SignalPath<C> {
         })
     }
 
+    /// The random number that every packet of this start carries.
+    #[must_use]
+    pub const fn boot_id(&self) -> u32 {
+        self.board.boot_id
+    }
+
     /// The calibration in use.
     #[must_use]
     pub fn calibration(&self) -> &Calibration {

@@ -27,6 +27,8 @@ PACKAGES = {
     "tonus-tests": {"tonus", "tonus-shared"},
     "tonus-air": {"tonus-firmware", "tonus-shared"},
     "tonus-on-target": {"tonus-shared"},
+    # Under GPL-2.0, as the emulator that it links: nothing may stand on it.
+    "tonus-emulated": {"tonus-firmware", "tonus-shared"},
 }
 
 # Source folder -> (its crate's name in paths, room -> rooms of the same crate it may use, or one module of a
@@ -48,7 +50,7 @@ ROOMS = {
     "firmware/src": ("tonus_firmware", {
         "lib": ANY,
         "main": ANY,
-        "afe": set(),
+        "afe": {"acquisition"},
         "imu": set(),
         "acquisition": {"afe"},
         "outbox": set(),
@@ -56,9 +58,13 @@ ROOMS = {
         "inbox": set(),
         "ble": {"inbox", "outbox"},
         "signal_path": {"acquisition", "outbox"},
+        "requests": {"outbox", "signal_path"},
+        "wired": {"inbox", "outbox"},
         "board": set(),
         "front_end": {"acquisition", "board"},
-        "radio": {"board"},
+        # The two transports; an image has one.
+        "radio": {"board", "ble", "inbox", "outbox"},
+        "serial": {"board", "inbox", "outbox", "wired"},
     }),
     "host/src": ("tonus", {
         "lib": ANY,

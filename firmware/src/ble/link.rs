@@ -276,7 +276,9 @@ fn refuse<'stack>(
         Refusal::Malformed(WireError::TooShort { .. } | WireError::WrongLength { .. }) => {
             AttErrorCode::INVALID_ATTRIBUTE_VALUE_LENGTH
         }
-        Refusal::Malformed(_) | Refusal::OutOfPlace { .. } => AttErrorCode::VALUE_NOT_ALLOWED,
+        Refusal::Malformed(_) | Refusal::OutOfPlace { .. } | Refusal::NotFromHost { .. } => {
+            AttErrorCode::VALUE_NOT_ALLOWED
+        }
         Refusal::TooFast | Refusal::Full => AttErrorCode::INSUFFICIENT_RESOURCES,
     })
 }

@@ -8,6 +8,7 @@ mod eval;
 mod experiment;
 mod infer;
 mod info;
+mod listen;
 mod options;
 mod progress;
 mod train;
@@ -49,6 +50,7 @@ enum Verb {
     Experiment(experiment::ExperimentArgs),
     Infer(infer::InferArgs),
     Info(info::InfoArgs),
+    Listen(listen::ListenArgs),
     Train(train::TrainArgs),
 }
 
@@ -84,6 +86,7 @@ fn run(Tonus { json, demo, verb }: Tonus) -> anyhow::Result<()> {
         Verb::Experiment(args) => args.run(json),
         Verb::Infer(args) => args.run(json),
         Verb::Info(args) => args.run(json),
+        Verb::Listen(args) => args.run(json),
         Verb::Train(args) => args.run(json),
     }
 }

@@ -1,3 +1,4 @@
 //! How bytes reach the host.
 
+pub mod serial;
 pub mod simulated;

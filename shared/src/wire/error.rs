@@ -4,6 +4,7 @@ use super::table::{Kind, MIN_ATT_MTU, VERSION};
 
 /// Why bytes are no frame, or a packet cannot become one. A receiver drops the frame and counts it.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum WireError {
     /// Fewer bytes than a header and a checksum.
     #[error(

@@ -9,6 +9,7 @@
 
 mod bytes;
 mod check;
+pub mod cobs;
 mod error;
 mod frame;
 mod layout;

@@ -27,6 +27,7 @@ pub const MAX_FRAME_BYTES: usize = whole(row(Kind::RawSemg).payload_max);
 /// What a frame carries; the number is the second byte of the frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Kind {
     /// Rates, channel map and scales; wearable to host, at start and once a second.
     Configuration = 1,

@@ -4,14 +4,17 @@ use std::{cell::RefCell, convert::Infallible};
 
 use embassy_time::{Duration, Instant, Timer};
 use rand::{RngExt, SeedableRng, rngs::StdRng};
-use tonus_firmware::{ble::Shown, inbox::Inbox, outbox::Outbox, signal_path::SignalPath};
+use tonus_firmware::{
+    ble::Shown,
+    inbox::Inbox,
+    outbox::Outbox,
+    requests::{self, Effect},
+    signal_path::SignalPath,
+};
 use tonus_shared::{
     pipeline::{self, Board, CalibrationError},
     sample::{AdcScale, AdcScaleError, Scan},
-    wire::{
-        self, Calibration, Control, Frame, Header, Kind, MAX_FRAME_BYTES, ModelState, Muscle,
-        Packet, Ping, Refusal, Reply,
-    },
+    wire::Muscle,
 };
 
 const CHANNELS: usize = 4;
@@ -41,7 +44,6 @@ pub(crate) enum WearerError {
 }
 
 pub(crate) struct Wearer<'a> {
-    boot_id: u32,
     path: RefCell<SignalPath<CHANNELS>>,
     outbox: &'a Outbox,
     shown: &'a Shown,
@@ -61,12 +63,11 @@ impl<'a> Wearer<'a> {
         };
         let calibration = pipeline::illustrative(MUSCLES, SCAN_HZ);
         let wearer = Self {
-            boot_id,
             path: RefCell::new(SignalPath::new(board, &calibration)?),
             outbox,
             shown,
         };
-        wearer.show(calibration);
+        wearer.show();
         Ok(wearer)
     }
 
@@ -94,85 +95,24 @@ impl<'a> Wearer<'a> {
         }
     }
 
-    /// Takes what a host wrote, and answers it. The calibration is kept in memory; there is none for models.
+    /// Answers what a host wrote as the chip does.
     pub(crate) async fn handle(&self, inbox: &Inbox) -> Infallible {
         loop {
-            let Frame { header, packet } = inbox.take().await;
-            let answered = packet.kind();
-            println!("taken {answered} {}", header.sequence);
-            let outcome = match packet {
-                Packet::Ping(Ping::Request { id, requested_us }) => {
-                    let received_us = Instant::now().as_micros();
-                    self.answer(Packet::Ping(Ping::Reply {
-                        id,
-                        requested_us,
-                        received_us,
-                        replied_us: received_us,
-                    }));
-                    continue;
-                }
-                Packet::Calibration(calibration) => self.recalibrate(calibration),
-                Packet::Control(control) => self.control(control),
-                Packet::ModelUpload(_) => Err(Refusal::StorageFailed),
-                _ => continue,
-            };
-            self.answer(Packet::Reply(Reply {
-                answered,
-                sequence: header.sequence,
-                outcome,
-                detail: 0,
-            }));
-        }
-    }
-
-    fn recalibrate(&self, calibration: Calibration) -> Result<(), Refusal> {
-        self.path
-            .borrow_mut()
-            .recalibrate(&calibration)
-            .map_err(|_| Refusal::OutOfRange)?;
-        self.show(calibration);
-        Ok(())
-    }
-
-    fn control(&self, control: Control) -> Result<(), Refusal> {
-        match control {
-            Control::Raw(raw) => {
-                let set = self.path.borrow_mut().set_raw(raw);
-                return set.map_err(|_| Refusal::WrongState);
+            let frame = inbox.take().await;
+            println!("taken {} {}", frame.packet.kind(), frame.header.sequence);
+            let now_us = Instant::now().as_micros();
+            let effect = requests::handle(&mut self.path.borrow_mut(), frame, now_us, self.outbox);
+            match effect {
+                Effect::Recalibrated => self.show(),
+                Effect::None => {}
             }
-            Control::SendCalibration => {
-                let calibration = *self.path.borrow().calibration();
-                self.answer(Packet::Calibration(calibration));
-            }
-            Control::SendModelState => self.answer(Packet::ModelState(ModelState {
-                active: None,
-                receiving: None,
-                capacity_bytes: 0,
-            })),
-            Control::Restart { .. } | Control::SendLastWords => return Err(Refusal::WrongState),
-        }
-        Ok(())
-    }
-
-    fn answer(&self, packet: Packet) {
-        let now_us = Instant::now().as_micros();
-        let answered = self.path.borrow_mut().answer(packet, now_us, self.outbox);
-        if let Err(error) = answered {
-            println!("no answer: {error}");
         }
     }
 
-    /// Lets a host read this calibration. What is read is not numbered: its sequence is 0.
-    fn show(&self, calibration: Calibration) {
-        let header = Header {
-            boot_id: self.boot_id,
-            sequence: 0,
-            device_us: 0,
-        };
-        let mut bytes = [0; MAX_FRAME_BYTES];
-        match wire::encode(&header, &Packet::Calibration(calibration), &mut bytes) {
-            Ok(length) => self.shown.show(&bytes[..length].iter().copied().collect()),
-            Err(error) => println!("{} not shown: {error}", Kind::Calibration),
+    fn show(&self) {
+        let path = self.path.borrow();
+        if let Err(error) = self.shown.show(path.boot_id(), path.calibration()) {
+            println!("calibration not shown: {error}");
         }
     }
 }

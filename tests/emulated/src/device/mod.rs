@@ -1,0 +1,4 @@
+//! Devices beside the chip.
+
+pub mod ads129x;
+pub mod lsm6dso;

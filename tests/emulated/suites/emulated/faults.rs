@@ -1,0 +1,151 @@
+//! What the machine refuses, and what the image does when things go wrong.
+
+use tonus_emulated::error::Access;
+use tonus_emulated::{Image, Machine, MachineError, Stop};
+use tonus_shared::wire::{Packet, StreamFlags};
+
+use super::{frames, image, recording, wearer};
+
+const STARTED_US: u64 = 600_000;
+
+fn started() -> Machine {
+    let mut machine = Machine::new(image(), wearer(vec![1877])).unwrap();
+    assert_eq!(machine.run_until(STARTED_US), Ok(Stop::Time));
+    machine
+}
+
+#[test]
+fn the_image_starts_and_logs_nothing_bad() {
+    let machine = started();
+    assert!(!frames(&machine).is_empty());
+    let bad: Vec<&String> = machine
+        .log()
+        .iter()
+        .filter(|line| line.starts_with("warn") || line.starts_with("error"))
+        .collect();
+    assert!(bad.is_empty(), "{bad:?}");
+}
+
+/// A place in source code as the compiler lays it out (`core::panic::Location`): name, its length, line, column.
+fn location(image: &Image) -> (u32, String) {
+    (0..image.flash.len() as u32 - 16)
+        .step_by(4)
+        .find_map(|at| {
+            let [name, length, line, column] =
+                [0, 4, 8, 12].map(|field| image.word(at + field).unwrap());
+            let bytes = image
+                .flash
+                .get(name as usize..(name as usize).checked_add(length as usize)?)?;
+            let name = std::str::from_utf8(bytes).ok()?;
+            let plausible =
+                name.ends_with(".rs") && (1..5000).contains(&line) && (1..200).contains(&column);
+            plausible.then(|| (at, format!("{name}:{line}:{column}")))
+        })
+        .expect("some function can panic")
+}
+
+#[test]
+fn a_panic_stops_with_its_place_and_its_message() {
+    let mut machine = started();
+    let (place, name) = location(machine.image());
+    let panic = machine.image().symbol("core9panicking5panic").unwrap();
+    // `panic(message, at)`: the message is the name of the file here.
+    let [text, length] = [0, 4].map(|field| machine.image().word(place + field).unwrap());
+    machine.jump(panic, &[text, length, place]).unwrap();
+    let Err(MachineError::Undefined { pc, log, .. }) = machine.run_until(STARTED_US + 100_000)
+    else {
+        panic!("no panic: {:#?}", machine.log());
+    };
+    assert!(machine.image().function(pc) != "no function");
+    assert!(log.contains(&format!("panicked at {name}")), "{log}");
+    assert!(log.contains(&name[..length as usize]), "{log}");
+}
+
+#[test]
+fn a_register_that_no_model_has_is_an_error_that_names_it() {
+    let mut machine = started();
+    let copy = machine.image().symbol("memcpy").unwrap();
+    // The memory watch unit, which the image does not use.
+    machine.jump(copy, &[0x2001_8000, 0x4002_0000, 4]).unwrap();
+    let Err(MachineError::Unmodelled {
+        access,
+        address,
+        function,
+        ..
+    }) = machine.run_until(STARTED_US + 1_000)
+    else {
+        panic!("the access went unnoticed");
+    };
+    assert_eq!((access, address & !3), (Access::Read, 0x4002_0000));
+    assert!(function.contains("memcpy"), "{function}");
+}
+
+#[test]
+fn a_write_to_flash_without_the_controller_is_an_error() {
+    let mut machine = started();
+    let copy = machine.image().symbol("memcpy").unwrap();
+    machine.jump(copy, &[0x0008_0000, 0x2001_0000, 4]).unwrap();
+    let outcome = machine.run_until(STARTED_US + 1_000);
+    assert!(
+        matches!(
+            outcome,
+            Err(MachineError::Unmodelled {
+                access: Access::Write(_),
+                address: 0x8_0000,
+                ..
+            })
+        ),
+        "{outcome:?}"
+    );
+}
+
+#[test]
+fn an_image_with_the_radio_is_not_executed() {
+    // The name of a function, changed in the file into one of the closed library's.
+    let mut elf = image().elf;
+    let (name, instead) = (b"DefaultHandler_", b"mpsl_init_radio");
+    for at in 0..elf.len() - name.len() {
+        if elf[at..].starts_with(name) {
+            elf[at..at + name.len()].copy_from_slice(instead);
+        }
+    }
+    assert_eq!(
+        Image::read(elf).unwrap_err(),
+        MachineError::RadioLibrary {
+            symbol: "mpsl_init_radio".to_owned()
+        }
+    );
+    assert!(matches!(
+        Image::read(vec![0; 100]),
+        Err(MachineError::NotAnImage { .. })
+    ));
+}
+
+#[test]
+fn a_processor_that_is_too_slow_for_a_second_loses_scans_and_says_so() {
+    let mut machine = Machine::new(image(), wearer(recording::biceps())).unwrap();
+    assert_eq!(machine.run_until(STARTED_US), Ok(Stop::Time));
+    // While it lasts nothing is sent either: the signal path takes all the time there is.
+    machine.slow_down(SLOWER);
+    assert_eq!(machine.run_until(SLOW_UNTIL_US), Ok(Stop::Time));
+    machine.slow_down(1);
+    assert_eq!(machine.run_until(4_000_000), Ok(Stop::Time));
+    let sent = frames(&machine);
+    let overruns = sent
+        .iter()
+        .filter_map(|(_, frame)| match &frame.packet {
+            Packet::Status(status) => Some((status.overruns, status.missed_scans)),
+            _ => None,
+        })
+        .last()
+        .unwrap();
+    assert!(overruns.0 > 100 && overruns.0 == overruns.1, "{overruns:?}");
+    let flagged = sent
+        .iter()
+        .any(|(_, frame)| matches!(&frame.packet, Packet::Stream(stream) if stream.flags.contains(StreamFlags::GAP)));
+    assert!(flagged);
+}
+
+/// Cycles per instruction of the slow processor.
+const SLOWER: u64 = 60;
+const SLOW_UNTIL_US: u64 = 1_600_000;
