@@ -16,10 +16,6 @@ pub use management::{
 /// One packet of any kind. A receiver matches it exhaustively, so that a new kind stops compiling
 /// wherever it must be handled.
 #[derive(Clone, Debug, PartialEq)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "there is no heap to box the raw counts on, and one frame lives at a time"
-)]
 pub enum Packet {
     /// Rates, channel map and scales.
     Configuration(Configuration),
