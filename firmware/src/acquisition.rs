@@ -1,8 +1,19 @@
 //! When each scan was taken, and how many were lost.
 //!
-//! The converter fills one buffer after another by itself, paced by a timer on the crystal oscillator;
+//! The chip's own converter fills one buffer after another by itself, paced by a timer on the crystal oscillator;
 //! the processor only sees each buffer's end, a little late. [`ScanClock`] turns those ends into an
 //! evenly spaced index and time for every scan.
+//!
+//! A converter beside the chip has a clock of its own and says when each scan is ready. Its edges capture a timer,
+//! and [`EdgeClock`] counts the periods between them; [`acquire`] reads the scans and mends what fails.
+
+mod converter;
+mod edges;
+mod queue;
+
+pub use converter::{ATTEMPTS, Event, acquire};
+pub use edges::{EdgeClock, Stamp};
+pub use queue::EventQueue;
 
 /// Channels that are converted.
 pub const CHANNELS: usize = 1;

@@ -46,8 +46,11 @@ ROOMS = {
     "firmware/src": ("tonus_firmware", {
         "lib": ANY,
         "main": ANY,
-        "acquisition": set(),
+        "afe": set(),
+        "imu": set(),
+        "acquisition": {"afe"},
         "outbox": set(),
+        "storage": set(),
         "ble": {"outbox"},
         "signal_path": {"acquisition", "outbox"},
         "board": set(),
@@ -89,6 +92,8 @@ FORBIDDEN_PATHS = [
     ("firmware/src/ble.rs", ["std", "embassy_nrf", "nrf_sdc", "nrf_mpsl"], "the library part of the firmware is portable"),
     ("firmware/src/acquisition.rs", ["std", "embassy_nrf", "nrf_sdc", "nrf_mpsl"], "the library part of the firmware is portable"),
     ("firmware/src/outbox.rs", ["std", "embassy_nrf", "nrf_sdc", "nrf_mpsl"], "the library part of the firmware is portable"),
+    ("firmware/src/storage.rs", ["std", "embassy_nrf", "nrf_sdc", "nrf_mpsl"], "the library part of the firmware is portable"),
+    ("firmware/src/storage", ["std", "embassy_nrf", "nrf_sdc", "nrf_mpsl"], "the library part of the firmware is portable"),
     ("firmware/src/signal_path.rs", ["std", "embassy_nrf", "nrf_sdc", "nrf_mpsl"], "the library part of the firmware is portable"),
 ]
 

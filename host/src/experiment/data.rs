@@ -5,6 +5,10 @@
 //! Demonstrations and new motions of one seed are different sittings: electrodes, tracker, links and muscles are
 //! drawn anew.
 
+mod paced;
+
+pub use paced::{Paced, paced_hand_over, paced_objects, paced_pick_and_place};
+
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -15,12 +19,11 @@ use crate::demonstration::Demonstration;
 use crate::link::simulated::LinkConditions;
 use crate::model::{Dof, Hyperparameters, Model, Predictive, Shrinkage, Valid};
 use crate::session::DOFS;
-use crate::simulate::demonstrations::sense;
 use crate::simulate::muscle::CHANNEL_NAMES;
 use crate::simulate::operator::{Teleoperated, teleoperated};
 use crate::simulate::rig::RigConfig;
 use crate::simulate::signals::{self, Signals};
-use crate::simulate::skills::{DURATION_US, Skill, pull_along, with_object_anywhere};
+use crate::simulate::skills::{Skill, pull_along, with_object_anywhere};
 use crate::simulate::tracker::TrackerNoise;
 use crate::simulate::wearer::{Action, Task};
 use tonus_shared::promp::Basis;
@@ -33,7 +36,6 @@ const CASES: usize = 3;
 const ACTIONS_EACH: usize = 50;
 /// Keep the seeds of the sittings apart.
 const NEW_SITTING: u64 = 0x6e65_7700;
-const PACED_SITTING: u64 = 0x7061_6365;
 const BIASED_SITTING: u64 = 0x6269_6173;
 const ENVELOPE_SITTING: u64 = 0x656e_7665;
 const SECOND_PASS: u64 = 0x7465_6c65;
@@ -230,57 +232,6 @@ pub fn pick_and_place(config: &Config) -> Result<Vec<Demonstration>, ExperimentE
         (action, trial.to_string())
     });
     record(actions.collect(), JITTER, config.seed, config)
-}
-
-/// A movement whose start and duration nobody announced: human DoFs alone, from before its begin to after its end.
-#[derive(Debug, Clone)]
-pub struct Paced {
-    /// Six DoFs (hand position, hand stiffness); times are from the begin, below zero before it.
-    pub demonstration: Demonstration,
-    /// How long the movement took, seconds.
-    pub duration_s: f64,
-}
-
-/// New reaches, picks and places, `each` of each, at 0.7 to 1.4 times the demonstrated duration (evenly in its logarithm),
-/// recorded from `margin_s` before to `margin_s` after the movement.
-///
-/// # Errors
-/// As [`objects`].
-pub fn paced_pick_and_place(
-    each: usize,
-    margin_s: f64,
-    config: &Config,
-) -> Result<Vec<Paced>, ExperimentError> {
-    let seed = config.seed ^ PACED_SITTING;
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let mut tasks = Vec::with_capacity(3 * each);
-    for skill in (0..each).flat_map(|_| Skill::PICK_AND_PLACE) {
-        let latent = with_object_anywhere(skill, &mut rng);
-        let action = Action::with_latent(skill, latent, &mut rng);
-        let tempo = rng.random_range(libm::log(0.7)..libm::log(1.4));
-        let duration_us = (DURATION_US as f64 * libm::exp(tempo)).round() as u64;
-        tasks.push((action, duration_us));
-    }
-    let paced = tasks.iter().map(|&(action, duration_us)| Task::Paced {
-        action,
-        duration_us,
-    });
-    let paced: Vec<_> = paced.collect();
-    let margin_us = (margin_s * 1e6) as u64;
-    let sensed = sense(&paced, margin_us, &rig(JITTER, seed, config))?;
-    let named = sensed.iter().zip(&tasks).enumerate();
-    let named = named.map(|(trial, (instants, &(action, duration_us)))| {
-        let t_s = instants.iter().map(|sensed| sensed.t_s()).collect();
-        let hand = (0..3).map(|axis| instants.iter().map(|i| i.hand_m[axis]).collect());
-        let firm = (0..3).map(|axis| instants.iter().map(|i| i.n_per_m[axis]).collect());
-        let values = hand.chain(firm).collect();
-        let demonstration = named_movement(action.skill, trial, trial.to_string(), t_s, values)?;
-        Ok(Paced {
-            demonstration,
-            duration_s: duration_us as f64 * 1e-6,
-        })
-    });
-    named.collect()
 }
 
 fn rig(noise: TrackerNoise, seed: u64, config: &Config) -> RigConfig {

@@ -12,6 +12,7 @@ use self::asked::{Asked, schemes_of, spread};
 use super::bands::robot_stiffness_ranges;
 use super::figures::Inference;
 use super::look::Look;
+use super::tempo::{self, UnknownTempoEnd};
 use super::widths::LeftOut;
 use super::{Config, ExperimentError, Progress, data};
 use crate::demonstration::Demonstration;
@@ -44,6 +45,8 @@ pub struct HandOver {
     /// One observation against several when the tracker is wrong by the same 28 mm throughout a movement and the
     /// model does not know: "believing in bias".
     pub believing_in_bias: Bias,
+    /// Onset and duration of each pull not announced: where the hand will be at the end, half-way.
+    pub unknown_tempo: UnknownTempoEnd,
     /// For the report.
     #[serde(skip)]
     pub figures: Figures,
@@ -147,6 +150,8 @@ pub struct Figures {
 
 /// New motions along each of the three cases; as many altogether lie between the cases.
 const NEW_EACH: usize = 51;
+/// New motions at a tempo of their own.
+const PACED: usize = 60;
 /// Biased motions along each case.
 const BIASED_EACH: usize = 20;
 /// Phases that the schemes observe.
@@ -171,7 +176,7 @@ pub fn run(
         progress(Progress {
             what,
             done: step,
-            total: 6,
+            total: 7,
         });
         step += 1;
     };
@@ -210,6 +215,9 @@ pub fn run(
     })?;
     next("hand-over: believing in bias");
     let reach = asked.reach(&new)?;
+    next("hand-over: at any tempo");
+    let paced = data::paced_hand_over(PACED, tempo::MARGIN_S, config)?;
+    let unknown_tempo = tempo::ends(&demonstrations, &paced)?;
 
     Ok(HandOver {
         a,
@@ -222,6 +230,7 @@ pub fn run(
         by_fraction,
         by_noise_m,
         believing_in_bias: asked.bias(&biased)?,
+        unknown_tempo,
         figures: Figures {
             demonstrations,
             six,

@@ -7,6 +7,7 @@ use serde::Serialize;
 use super::bands::{Errors, figure, infer, robot_stiffness_ranges};
 use super::figures::{Envelopes, Inference, Trace};
 use super::look::{Answers, Look, Looks, answer, recognise, score};
+use super::tempo::{self, UnknownTempo};
 use super::widths::NOMINAL;
 use super::{Config, ExperimentError, Point, Progress, Score, Sweeps, data};
 use crate::demonstration::Demonstration;
@@ -43,6 +44,8 @@ pub struct ObjectMatching {
     pub sweeps: Sweeps,
     /// One biased tracker, one observation (the last) against ten: `[one, ten]`, position and stiffness.
     pub one_against_ten: [Score; 2],
+    /// Onset and duration of each lift not announced, with sEMG.
+    pub unknown_tempo: UnknownTempo,
     /// For the report.
     #[serde(skip)]
     pub figures: Figures,
@@ -85,7 +88,7 @@ pub fn run(
         progress(Progress {
             what,
             done: step,
-            total: 5,
+            total: 6,
         });
         step += 1;
     };
@@ -116,6 +119,9 @@ pub fn run(
     let training = asked.score(&with, &demonstrations)?;
     next("object matching: sweeps");
     let sweeps = asked.sweeps(&new)?;
+    next("object matching: at any tempo");
+    let paced = data::paced_objects(tempo::NEW_EACH, tempo::MARGIN_S, config)?;
+    let unknown_tempo = tempo::recognised(&demonstrations, &paced)?;
     Ok(ObjectMatching {
         with_semg,
         without_semg,
@@ -127,6 +133,7 @@ pub fn run(
         coverage_95: mean(&right.iter().map(|e| e.coverage()).collect::<Vec<_>>()),
         sweeps,
         one_against_ten: [one, with_semg],
+        unknown_tempo,
         figures: Figures {
             demonstrations,
             envelopes,

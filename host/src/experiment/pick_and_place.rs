@@ -118,13 +118,15 @@ pub fn run(
         }
     }
     let sweeps = held_out.sweeps();
+    let paced = data::paced_pick_and_place(tempo::NEW_EACH, tempo::MARGIN_S, config)?;
+    let unknown_tempo = tempo::recognised(&demonstrations, &paced)?;
     Ok(PickAndPlace {
         leave_one_out: at(&sweeps.by_fraction, 1.0),
         first_half: at(&sweeps.by_fraction, 0.5),
         three_observations: at(&sweeps.by_observations, 3.0),
         training,
         unlabelled: unlabelled(&demonstrations, config.seed)?,
-        unknown_tempo: tempo::run(&demonstrations, config)?,
+        unknown_tempo,
         sweeps,
         figures: Figures {
             demonstrations,

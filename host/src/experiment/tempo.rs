@@ -1,11 +1,16 @@
-//! Pick-and-place at a tempo of its own, begun without notice.
+//! Movements at a tempo of their own, begun without notice.
+
+mod end_point;
+
+pub(super) use end_point::ends;
+pub use end_point::{EndPoint, UnknownTempoEnd};
 
 use serde::Serialize;
 use tonus_shared::onset::{MotionEdge, OnsetConfig, OnsetDetector};
 
 use super::data::{self, Paced};
 use super::look::{HAND, HAND_STIFFNESS, Look, STIFFNESS_SIGMA};
-use super::{Config, ExperimentError, Score};
+use super::{ExperimentError, Score};
 use crate::demonstration::Demonstration;
 use crate::model::learn;
 use crate::model::recognise::Recogniser;
@@ -14,12 +19,12 @@ use crate::model::{Model, View};
 use crate::simulate::tracker::TrackerNoise;
 use crate::statistics::{mean, root_mean_square};
 
-/// Demonstrations that are learnt from: fifteen of each action. A bank of hypotheses costs the square of the rank.
+/// Demonstrations that are learnt from, the first of those there are. A bank of hypotheses costs the square of the rank.
 const LEARNED: usize = 45;
 /// New movements of each action.
-const NEW_EACH: usize = 20;
+pub(super) const NEW_EACH: usize = 20;
 /// Recorded before and after each movement, seconds.
-const MARGIN_S: f64 = 0.15;
+pub(super) const MARGIN_S: f64 = 0.15;
 /// Every so often something is observed, seconds.
 const INTERVAL_S: f64 = 0.1;
 /// How long the demonstrations take, seconds.
@@ -37,7 +42,7 @@ const ONSET: OnsetConfig = OnsetConfig {
 };
 
 /// Recognition at a tempo and onset that nobody announces: new movements at 0.7 to 1.4 times the demonstrated
-/// duration, by a model of 15 demonstrations of each action.
+/// duration, by a model of at most 45 demonstrations.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct UnknownTempo {
     /// Tempo and onset inferred, at the end of the movement.
@@ -52,32 +57,42 @@ pub struct UnknownTempo {
     pub duration_error: f64,
 }
 
-/// Runs this part of the experiment.
-pub(super) fn run(
+/// How `new` movements are recognised by a model of the demonstrations.
+pub(super) fn recognised(
     demonstrations: &[Demonstration],
-    config: &Config,
+    new: &[Paced],
 ) -> Result<UnknownTempo, ExperimentError> {
     let learned = demonstrations.get(..LEARNED).unwrap_or(demonstrations);
     let model = learn(learned, &data::hyperparameters()?)?;
     let view = model.view()?;
-    let new = data::paced_pick_and_place(NEW_EACH, MARGIN_S, config)?;
     let late = onset_errors(learned)?;
     let mut recogniser = Recogniser::new(&model, &view)?;
     let [mut announced, mut assumed] = [const { Vec::new() }; 2];
     let [mut whole, mut half] = [const { Vec::new() }; 2];
     let mut durations = Vec::with_capacity(new.len());
-    for paced in &new {
+    for paced in new {
         let label = paced.demonstration.label();
         let known = |phase: f64| (phase * paced.duration_s, phase);
-        observe_at(&mut recogniser, paced, known)?;
+        observe_at(&mut recogniser, paced, 1.0, known)?;
         announced.push(answer(&model, &recogniser.log_posterior(), label));
         let taken = |phase: f64| (phase * DEMONSTRATED_S, phase);
-        observe_at(&mut recogniser, paced, taken)?;
+        observe_at(&mut recogniser, paced, 1.0, taken)?;
         assumed.push(answer(&model, &recogniser.log_posterior(), label));
-        let followed = follow(&model, &view, paced, &late)?;
-        whole.push(answer(&model, &followed.whole, label));
-        half.push(answer(&model, &followed.half, label));
-        durations.extend(followed.duration_s.map(|d| d / paced.duration_s - 1.0));
+        let mut bank = bank(&model, &view, &late)?;
+        let mut first_half = None;
+        follow(&mut bank, paced, |bank| {
+            first_half = Some(bank.log_posterior());
+            Ok(())
+        })?;
+        let at_end = bank.log_posterior();
+        half.push(answer(
+            &model,
+            first_half.as_ref().unwrap_or(&at_end),
+            label,
+        ));
+        whole.push(answer(&model, &at_end, label));
+        let inferred = bank.duration(0.95).map(|interval| interval.mean);
+        durations.extend(inferred.map(|d| d / paced.duration_s - 1.0));
     }
     Ok(UnknownTempo {
         inferred: Score::of(whole),
@@ -101,10 +116,11 @@ fn answer(model: &Model, log_posterior: &[f64], label: &str) -> (f64, bool) {
     (own, others.into_iter().all(|(_, other)| *other < own))
 }
 
-/// Ten observations at the times and phases that `at` makes of equal steps, as long as the movement lasts.
+/// Ten observations at the times and phases that `at` makes of equal steps, in this share of the movement.
 fn observe_at(
     recogniser: &mut Recogniser<'_>,
     paced: &Paced,
+    share: f64,
     at: impl Fn(f64) -> (f64, f64),
 ) -> Result<(), ExperimentError> {
     recogniser.reset();
@@ -112,7 +128,7 @@ fn observe_at(
     let (first_s, lasts_s) = (movement.t_s()[0], movement.duration_s());
     for step in Look::spaced(OBSERVATIONS, 1.0, true).phases {
         let (time_s, phase) = at(step);
-        if time_s > paced.duration_s {
+        if time_s > share * paced.duration_s {
             break;
         }
         for dof in HAND.into_iter().chain(HAND_STIFFNESS) {
@@ -160,37 +176,39 @@ fn onset_errors(demonstrations: &[Demonstration]) -> Result<(f64, f64), Experime
     Ok((middle, spread.max(0.03)))
 }
 
-/// What was known of a movement half-way and at its end.
-struct Followed {
-    half: Vec<f64>,
-    whole: Vec<f64>,
-    duration_s: Option<f64>,
-}
-
-/// Follows one movement as it comes in: the detector says that it began, the bank does the rest.
-fn follow(
-    model: &Model,
-    view: &View<'_>,
-    paced: &Paced,
+fn bank<'m>(
+    model: &'m Model,
+    view: &'m View<'m>,
     (late_s, spread_s): &(f64, f64),
-) -> Result<Followed, ExperimentError> {
+) -> Result<TempoRecogniser<'m>, ExperimentError> {
     let given = TempoConfig {
         onset_late_s: *late_s,
         onset_std_s: *spread_s,
         lead_s: 2.0 * MARGIN_S,
         ..TempoConfig::default()
     };
-    let mut bank = TempoRecogniser::new(model, view, given)?;
+    Ok(TempoRecogniser::new(model, view, given)?)
+}
+
+/// Follows one movement to its end as it comes in: the detector says that it began, the bank does the rest. `half_way` is
+/// called once half of the true duration has passed, which nobody tells the bank.
+fn follow<'m>(
+    bank: &mut TempoRecogniser<'m>,
+    paced: &Paced,
+    half_way: impl FnOnce(&mut TempoRecogniser<'m>) -> Result<(), ExperimentError>,
+) -> Result<(), ExperimentError> {
     let mut detector = OnsetDetector::new(&ONSET)?;
     let movement = &paced.demonstration;
     let mut next_s = f64::NEG_INFINITY;
-    let mut half = None;
+    let mut half_way = Some(half_way);
     for (sample, &time_s) in movement.t_s().iter().enumerate() {
         if time_s > paced.duration_s {
             break;
         }
-        if time_s > 0.5 * paced.duration_s {
-            half.get_or_insert_with(|| bank.log_posterior());
+        if time_s > 0.5 * paced.duration_s
+            && let Some(look) = half_way.take()
+        {
+            look(bank)?;
         }
         let hand_m = HAND.map(|dof| movement.values()[dof][sample]);
         let edge = detector.step(time_s, hand_m)?;
@@ -204,10 +222,5 @@ fn follow(
             bank.begin(at_s)?;
         }
     }
-    let whole = bank.log_posterior();
-    Ok(Followed {
-        half: half.unwrap_or_else(|| whole.clone()),
-        whole,
-        duration_s: bank.duration(0.95).map(|interval| interval.mean),
-    })
+    Ok(())
 }

@@ -95,6 +95,18 @@ fn recognition(document: &Value) -> Option<Table> {
         ("object_matching.with_semg", "object matching, with sEMG"),
         ("object_matching.without_semg", "… from positions alone"),
         ("object_matching.training", "… training demonstrations"),
+        (
+            "object_matching.unknown_tempo.inferred",
+            "… tempo and onset inferred",
+        ),
+        (
+            "object_matching.unknown_tempo.announced",
+            "… the same lifts, both announced",
+        ),
+        (
+            "object_matching.unknown_tempo.assumed",
+            "… the same lifts, demonstrated tempo assumed",
+        ),
     ]);
     let columns = &[
         ("correct", "right"),

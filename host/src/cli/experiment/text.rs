@@ -121,6 +121,7 @@ fn hand_over(out: &mut String, found: &Value) {
     }
     six_motions(out, found);
     bias(out, found);
+    unknown_end(out, found);
     hand_over_sweeps(out, found);
     out.push('\n');
 }
@@ -233,6 +234,7 @@ fn object_matching(out: &mut String, found: &Value) {
         score(found, "one_against_ten.0"),
         score(found, "one_against_ten.1"),
     );
+    unknown_tempo(out, found);
     sweeps(out, found);
 }
 
@@ -262,24 +264,58 @@ fn pick_and_place(out: &mut String, found: &Value) {
             number(clusters, "adjusted_rand_index"),
         );
     }
-    if let Some(tempo) = found.get("unknown_tempo") {
-        for (key, what) in [
-            ("inferred", "tempo and onset inferred"),
-            ("inferred_first_half", "  on the first half"),
-            ("announced", "announced"),
-            ("assumed", "taken as demonstrated"),
-        ] {
-            let _infallible = writeln!(out, "  {what:<24} {}", score(tempo, key));
-        }
+    unknown_tempo(out, found);
+    sweeps(out, found);
+}
+
+fn unknown_tempo(out: &mut String, found: &Value) {
+    let Some(tempo) = found.get("unknown_tempo") else {
+        return;
+    };
+    for (key, what) in [
+        ("inferred", "tempo and onset inferred"),
+        ("inferred_first_half", "  on the first half"),
+        ("announced", "announced"),
+        ("assumed", "taken as demonstrated"),
+    ] {
+        let _infallible = writeln!(out, "  {what:<24} {}", score(tempo, key));
+    }
+    duration_error(out, tempo);
+}
+
+fn duration_error(out: &mut String, tempo: &Value) {
+    let _infallible = writeln!(
+        out,
+        "  {:<24} {:.1} % (RMS)\n",
+        "error of the duration",
+        100.0 * number(tempo, "duration_error")
+    );
+}
+
+/// Where the hand will be at the end, foretold half-way.
+fn unknown_end(out: &mut String, found: &Value) {
+    let Some(tempo) = found.get("unknown_tempo") else {
+        return;
+    };
+    line(
+        out,
+        "  Pulls at 0.7 to 1.4 times the demonstrated duration: the hand's end, foretold half-way",
+    );
+    for (key, what) in [
+        ("inferred", "tempo and onset inferred"),
+        ("announced", "announced"),
+        ("assumed", "taken as demonstrated"),
+    ] {
+        let of = |name: &str| number(tempo, &format!("{key}.{name}"));
         let _infallible = writeln!(
             out,
-            "  {:<24} {:.1} % (RMS)",
-            "error of the duration",
-            100.0 * number(tempo, "duration_error")
+            "  {what:<24} {:.1} mm, stiffness {:.1} % of its range, {} motions",
+            1e3 * of("hand_end_point_error_m"),
+            100.0 * of("hand_stiffness_nrmse"),
+            round(of("motions")),
         );
     }
-    out.push('\n');
-    sweeps(out, found);
+    duration_error(out, tempo);
 }
 
 fn sweeps(out: &mut String, found: &Value) {
