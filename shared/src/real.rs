@@ -7,6 +7,8 @@
 pub trait Real: nalgebra::RealField + Copy {
     /// The nearest value to an `f64` literal or design constant.
     fn of(value: f64) -> Self;
+    /// The nearest value to a whole number. No `f64` on the way: the chip computes those in software.
+    fn whole(value: i32) -> Self;
     /// The same value as an `f64` (exact).
     fn widen(self) -> f64;
 }
@@ -19,6 +21,13 @@ impl Real for f32 {
     fn of(value: f64) -> Self {
         value as f32
     }
+    #[allow(
+        clippy::cast_precision_loss,
+        reason = "rounding to nearest is the contract"
+    )]
+    fn whole(value: i32) -> Self {
+        value as f32
+    }
     fn widen(self) -> f64 {
         f64::from(self)
     }
@@ -27,6 +36,9 @@ impl Real for f32 {
 impl Real for f64 {
     fn of(value: f64) -> Self {
         value
+    }
+    fn whole(value: i32) -> Self {
+        f64::from(value)
     }
     fn widen(self) -> f64 {
         self

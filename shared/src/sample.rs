@@ -80,10 +80,10 @@ impl AdcScale {
 
     /// Volts at the electrode.
     ///
-    /// The difference is taken in `f64`, where every `i32` is exact, and rounded to `T` once.
+    /// The difference from the count of 0 V is exact (but for `f32` beyond 24 bits), and the product rounded.
     #[must_use]
     pub fn volts<T: Real>(&self, count: i32) -> T {
-        T::of((f64::from(count) - f64::from(self.offset_counts)) * self.volts_per_count)
+        difference::<T>(count, self.offset_counts) * T::of(self.volts_per_count)
     }
 
     /// Whether the converter is at a rail, so that the true voltage is unknown.
@@ -108,6 +108,15 @@ impl AdcScale {
     #[must_use]
     pub fn rails(&self) -> (i32, i32) {
         (self.min_count, self.max_count)
+    }
+}
+
+/// `count - reference` without overflow, rounded once.
+#[inline]
+pub(crate) fn difference<T: Real>(count: i32, reference: i32) -> T {
+    match count.checked_sub(reference) {
+        Some(difference) => T::whole(difference),
+        None => T::of(f64::from(count) - f64::from(reference)),
     }
 }
 

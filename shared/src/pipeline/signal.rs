@@ -1,7 +1,7 @@
 //! From counts to activation: what all channels go through at every scan.
 
 use crate::Real;
-use crate::sample::AdcScale;
+use crate::sample::difference;
 use crate::semg::activation::{Activation, ActivationState, Normalisation};
 use crate::semg::chain::{Chain, ChainState};
 use crate::semg::quality::{Quality, QualityMonitor, QualityState};
@@ -69,7 +69,8 @@ impl Channel {
 pub(super) struct Signals<const C: usize> {
     /// The front end's own detection.
     pub(super) lead_off: [bool; C],
-    adc: AdcScale,
+    zero_count: i32,
+    volts_per_count: f32,
     chain: Chain<f32>,
     monitor: QualityMonitor,
     channels: [Channel; C],
@@ -104,7 +105,8 @@ impl<const C: usize> Signals<C> {
         let activation = Activation::new(channels.map(|channel| channel.weight.is_some()), window)?;
         Ok(Self {
             lead_off: [false; C],
-            adc: config.adc,
+            zero_count: config.adc.offset_counts(),
+            volts_per_count: f32::of(config.adc.volts_per_count()),
             chain,
             monitor: QualityMonitor::new(rate_hz, config.adc)?,
             channels,
@@ -151,7 +153,11 @@ impl<const C: usize> Signals<C> {
             channel.warnings_since_status = channel.warnings_since_status.with(channel.warnings);
             let bad = |bad: &Quality| channel.warnings.contains(*bad);
             let mut believed = !settling && !UNBELIEVABLE.iter().any(bad);
-            let envelope = self.chain.step(&mut channel.chain, self.adc.volts(*count));
+            let envelope = {
+                // As `AdcScale::volts`, the scale rounded beforehand.
+                let volts = difference::<f32>(*count, self.zero_count) * self.volts_per_count;
+                self.chain.step(&mut channel.chain, volts)
+            };
             match envelope.map(|envelope| channel.normalisation.apply(envelope)) {
                 Ok(envelope) if envelope <= MAX_ENVELOPE => channel.envelope = envelope,
                 Ok(_) | Err(_) => {

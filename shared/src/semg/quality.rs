@@ -10,7 +10,7 @@ use core::f64::consts::PI;
 use micromath::F32Ext;
 
 use super::design::{self, DesignError, Mains};
-use crate::sample::AdcScale;
+use crate::sample::{AdcScale, difference};
 
 /// Length of a judged block, s: whole periods of 50 and of 60 Hz, 2 Hz wide bins.
 const BLOCK_S: f64 = 0.5;
@@ -215,7 +215,7 @@ impl QualityMonitor {
         }
         block.lowest = block.lowest.min(count);
         block.highest = block.highest.max(count);
-        let x = difference(count, block.first);
+        let x: f32 = difference(count, block.first);
         block.sum += x;
         block.sum_squares += x * x;
         for (line, coefficient) in block.lines.iter_mut().zip(self.coefficients) {
@@ -263,18 +263,12 @@ impl QualityMonitor {
             }
         }
         let (min, max) = self.scale.rails();
-        let margin = RAIL_MARGIN * difference(max, min);
-        let above_min = difference(block.first, min) + mean;
-        let below_max = difference(max, block.first) - mean;
+        let margin = RAIL_MARGIN * difference::<f32>(max, min);
+        let above_min = difference::<f32>(block.first, min) + mean;
+        let below_max = difference::<f32>(max, block.first) - mean;
         if above_min < margin || below_max < margin {
             quality = quality.with(Quality::LEAD_OFF);
         }
         state.judged = quality;
     }
-}
-
-/// `count - reference` without overflow.
-#[allow(clippy::cast_precision_loss, reason = "24 bits are enough for a lamp")]
-fn difference(count: i32, reference: i32) -> f32 {
-    (i64::from(count) - i64::from(reference)) as f32
 }

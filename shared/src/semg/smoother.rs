@@ -125,7 +125,7 @@ impl<T: Real> Window<T> {
 /// A sample count in the scalar; exact, as counts are at most [`WINDOW_CAPACITY`].
 #[allow(clippy::cast_possible_truncation, reason = "at most 512")]
 fn count<T: Real>(samples: usize) -> T {
-    T::of(f64::from(samples as u32))
+    T::whole(samples as i32)
 }
 
 /// A designed smoother, shared by all channels.

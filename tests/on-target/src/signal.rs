@@ -6,7 +6,8 @@ use tonus_shared::pipeline::{
     ChannelConfig, DEFAULT_ACTIVATION_WINDOW_S, Pipeline, PipelineConfig,
 };
 use tonus_shared::sample::{AdcScale, Scan};
-use tonus_shared::semg::chain::ChainConfig;
+use tonus_shared::semg::chain::{ChainConfig, NotchConfig};
+use tonus_shared::semg::design::Mains;
 use tonus_shared::stiffness::ArmStiffness;
 use tonus_shared::wire::Muscle::{BicepsLong, BicepsShort, TricepsLateral, TricepsLong};
 
@@ -14,13 +15,21 @@ use crate::count::Counter;
 
 const RATE_HZ: u32 = 1000;
 
-/// A scan between two packets, and a whole second with all its packets.
+/// High-pass, notch, rectifier, low-pass, quality and activation of a scan between two packets, the mean of a second
+/// (the ends of its quality blocks included); and the second with all its packets.
+#[inline(never)]
 pub(crate) fn count(counter: &mut Counter) {
     let mut pipeline = Pipeline::new(&PipelineConfig {
         boot_id: 1,
         firmware_hash: [0; 8],
         adc: AdcScale::new(1e-7, 0, -(1 << 23), (1 << 23) - 1).unwrap(),
-        chain: ChainConfig::at_rate(f64::from(RATE_HZ)),
+        chain: ChainConfig {
+            notch: Some(NotchConfig {
+                mains: Mains::Hz50,
+                q: 30.0,
+            }),
+            ..ChainConfig::at_rate(f64::from(RATE_HZ))
+        },
         channels: [BicepsShort, TricepsLateral, BicepsLong, TricepsLong].map(|muscle| {
             ChannelConfig {
                 muscle,
@@ -33,22 +42,29 @@ pub(crate) fn count(counter: &mut Counter) {
         raw: false,
     })
     .unwrap();
-    let (mut least, mut sum) = (u64::MAX, 0);
+    let (mut quiet, mut quiet_scans, mut sum) = (0, 0, 0);
     for index in 0..RATE_HZ {
         let scan = Scan {
             index,
             acquired_us: u64::from(index) * 1_000_000 / u64::from(RATE_HZ),
-            counts: [(index as i32 * 37) % 4000 - 2000; 4],
+            counts: [0, 1, 2, 3].map(|channel| (index as i32 * 37 + 500 * channel) % 4000 - 2000),
         };
-        let ((), instructions) = counter.instructions(|| {
+        let ((), pushed) = counter.instructions(|| {
             pipeline.push_scan(black_box(&scan)).unwrap();
+        });
+        let (packets, taken) = counter.instructions(|| {
+            let mut packets = 0;
             while let Some(frame) = pipeline.next_frame() {
                 black_box(&frame);
+                packets += 1;
             }
+            packets
         });
-        least = least.min(instructions);
-        sum += instructions;
+        if packets == 0 {
+            (quiet, quiet_scans) = (quiet + pushed, quiet_scans + 1);
+        }
+        sum += pushed + taken;
     }
-    counter.say("scan_4_channels_without_packet", least);
+    counter.say("scan_4_channels_mean_without_packet", quiet / quiet_scans);
     counter.say("second_of_4_channels_with_packets", sum);
 }
