@@ -1,5 +1,11 @@
 //! The scalar: `f32` on the chip, `f64` on the host, nothing else.
 
+/// Not below zero (and zero for NaN): what `max` gives, without the call that it is on the chip.
+#[inline(always)]
+pub(crate) fn not_negative<T: Real>(value: T) -> T {
+    if value > T::zero() { value } else { T::zero() }
+}
+
 /// A real number that the maths of this crate is written in.
 ///
 /// Elementary functions come from nalgebra's `RealField`, built with `libm-force`: chip and host run

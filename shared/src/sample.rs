@@ -89,7 +89,13 @@ impl AdcScale {
     /// Whether the converter is at a rail, so that the true voltage is unknown.
     #[must_use]
     pub fn at_rail(&self, count: i32) -> bool {
-        count <= self.min_count || count >= self.max_count
+        // One comparison: what lies outside wraps round to above what lies inside.
+        let above = count
+            .wrapping_sub(self.min_count)
+            .wrapping_sub(1)
+            .cast_unsigned();
+        let inside = self.max_count.wrapping_sub(self.min_count).wrapping_sub(1);
+        above >= inside.cast_unsigned()
     }
 
     /// V per count.

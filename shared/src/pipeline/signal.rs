@@ -1,6 +1,7 @@
 //! From counts to activation: what all channels go through at every scan.
 
 use crate::Real;
+use crate::real::not_negative;
 use crate::sample::difference;
 use crate::semg::activation::{Activation, ActivationState, Normalisation};
 use crate::semg::chain::{Chain, ChainState};
@@ -16,12 +17,13 @@ const UNBELIEVABLE: [Quality; 3] = [Quality::SATURATED, Quality::FLAT, Quality::
 /// How many of its delays a chain remembers a disturbance for.
 const MEMORY_DELAYS: f64 = 3.0;
 
+/// As laid out: what a scan touches lies within the reach of the chip's loads (1 kB), ahead of the chain's ring.
+#[repr(C)]
 #[derive(Clone, Copy, Debug)]
 struct Channel {
     normalisation: Normalisation<f32>,
     /// Share in the activation: one over the number of channels on the same head; none off the four heads.
     weight: Option<f32>,
-    chain: ChainState<f32>,
     quality: QualityState,
     /// Newest normalised envelope.
     envelope: f32,
@@ -33,6 +35,7 @@ struct Channel {
     doubted: bool,
     warnings: Quality,
     warnings_since_status: Quality,
+    chain: ChainState<f32>,
 }
 
 impl Channel {
@@ -176,7 +179,7 @@ impl<const C: usize> Signals<C> {
         }
         match self.activation.step(&mut self.activation_state, &weighted) {
             // A mean of what is not negative; the window's running sum may round to just below zero.
-            Ok(activation) => self.newest_activation = activation.max(0.0),
+            Ok(activation) => self.newest_activation = not_negative(activation),
             Err(_) => refused += 1,
         }
         refused

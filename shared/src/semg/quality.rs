@@ -196,25 +196,30 @@ impl QualityMonitor {
 
     /// Takes one count and the front end's own lead-off detection (`false` where it has none); returns
     /// the warnings of the last whole block, and those of this one that need not wait for its end.
+    #[inline(always)]
     pub fn step(&self, state: &mut QualityState, count: i32, lead_off: bool) -> Quality {
         let block = state.block.get_or_insert_with(|| Block::new(count));
+        let mut warned = block.warned;
         if self.scale.at_rail(count) {
-            block.warned = block.warned.with(Quality::SATURATED);
+            warned = warned.with(Quality::SATURATED);
         }
         if lead_off {
-            block.warned = block.warned.with(Quality::LEAD_OFF);
+            warned = warned.with(Quality::LEAD_OFF);
         }
-        state.still = if count == state.newest {
-            state.still.saturating_add(1)
+        if count == state.newest {
+            state.still = state.still.saturating_add(1);
+            if state.still >= self.still_samples {
+                warned = warned.with(Quality::FLAT);
+            }
         } else {
-            1
-        };
-        state.newest = count;
-        if state.still >= self.still_samples {
-            block.warned = block.warned.with(Quality::FLAT);
+            (state.newest, state.still) = (count, 1);
         }
-        block.lowest = block.lowest.min(count);
-        block.highest = block.highest.max(count);
+        block.warned = warned;
+        if count < block.lowest {
+            block.lowest = count;
+        } else if count > block.highest {
+            block.highest = count;
+        }
         let x: f32 = difference(count, block.first);
         block.sum += x;
         block.sum_squares += x * x;
@@ -222,7 +227,6 @@ impl QualityMonitor {
             line.step(coefficient, x);
         }
         block.samples += 1;
-        let warned = block.warned;
         if block.samples >= self.block_samples {
             let whole = *block;
             state.block = None;
@@ -234,6 +238,7 @@ impl QualityMonitor {
     /// Warnings of a whole block. `micromath`'s `log10` (within 0.05, so 0.5 dB) and `sqrt` (within 6 %) are
     /// enough for lamps with limits of several dB, and are a few integer operations instead of a libm call;
     /// the signal path uses neither.
+    #[inline(never)]
     #[allow(
         clippy::cast_possible_truncation,
         clippy::cast_precision_loss,
