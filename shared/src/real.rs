@@ -1,5 +1,11 @@
 //! The scalar: `f32` on the chip, `f64` on the host, nothing else.
 
+/// Not below zero (and zero for NaN): what `max` gives, without the call that it is on the chip.
+#[inline(always)]
+pub(crate) fn not_negative<T: Real>(value: T) -> T {
+    if value > T::zero() { value } else { T::zero() }
+}
+
 /// A real number that the maths of this crate is written in.
 ///
 /// Elementary functions come from nalgebra's `RealField`, built with `libm-force`: chip and host run
@@ -7,6 +13,8 @@
 pub trait Real: nalgebra::RealField + Copy {
     /// The nearest value to an `f64` literal or design constant.
     fn of(value: f64) -> Self;
+    /// The nearest value to a whole number. No `f64` on the way: the chip computes those in software.
+    fn whole(value: i32) -> Self;
     /// The same value as an `f64` (exact).
     fn widen(self) -> f64;
 }
@@ -19,6 +27,13 @@ impl Real for f32 {
     fn of(value: f64) -> Self {
         value as f32
     }
+    #[allow(
+        clippy::cast_precision_loss,
+        reason = "rounding to nearest is the contract"
+    )]
+    fn whole(value: i32) -> Self {
+        value as f32
+    }
     fn widen(self) -> f64 {
         f64::from(self)
     }
@@ -27,6 +42,9 @@ impl Real for f32 {
 impl Real for f64 {
     fn of(value: f64) -> Self {
         value
+    }
+    fn whole(value: i32) -> Self {
+        f64::from(value)
     }
     fn widen(self) -> f64 {
         self

@@ -80,16 +80,22 @@ impl AdcScale {
 
     /// Volts at the electrode.
     ///
-    /// The difference is taken in `f64`, where every `i32` is exact, and rounded to `T` once.
+    /// The difference from the count of 0 V is exact (but for `f32` beyond 24 bits), and the product rounded.
     #[must_use]
     pub fn volts<T: Real>(&self, count: i32) -> T {
-        T::of((f64::from(count) - f64::from(self.offset_counts)) * self.volts_per_count)
+        difference::<T>(count, self.offset_counts) * T::of(self.volts_per_count)
     }
 
     /// Whether the converter is at a rail, so that the true voltage is unknown.
     #[must_use]
     pub fn at_rail(&self, count: i32) -> bool {
-        count <= self.min_count || count >= self.max_count
+        // One comparison: what lies outside wraps round to above what lies inside.
+        let above = count
+            .wrapping_sub(self.min_count)
+            .wrapping_sub(1)
+            .cast_unsigned();
+        let inside = self.max_count.wrapping_sub(self.min_count).wrapping_sub(1);
+        above >= inside.cast_unsigned()
     }
 
     /// V per count.
@@ -108,6 +114,15 @@ impl AdcScale {
     #[must_use]
     pub fn rails(&self) -> (i32, i32) {
         (self.min_count, self.max_count)
+    }
+}
+
+/// `count - reference` without overflow, rounded once.
+#[inline]
+pub(crate) fn difference<T: Real>(count: i32, reference: i32) -> T {
+    match count.checked_sub(reference) {
+        Some(difference) => T::whole(difference),
+        None => T::of(f64::from(count) - f64::from(reference)),
     }
 }
 

@@ -9,7 +9,7 @@ const SLOW_TICKS: u64 = STREAM_HZ as u64;
 const STATUS_OFFSET_TICKS: u64 = SLOW_TICKS / 2;
 
 /// What a scan makes due.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Due {
     pub(super) stream: bool,
     pub(super) configuration: bool,
@@ -50,6 +50,9 @@ impl Schedule {
     /// Advances by one scan and the `missed` ones before it: the grid stays, several ticks at once are one packet.
     pub(super) fn advance(&mut self, missed: u32) -> Due {
         self.phase += (u64::from(missed) + 1) * STEP;
+        if self.phase < self.rate_mhz {
+            return Due::default();
+        }
         let passed = self.phase / self.rate_mhz.max(1);
         self.phase %= self.rate_mhz.max(1);
         let before = self.ticks;

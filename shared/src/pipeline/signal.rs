@@ -1,7 +1,8 @@
 //! From counts to activation: what all channels go through at every scan.
 
 use crate::Real;
-use crate::sample::AdcScale;
+use crate::real::not_negative;
+use crate::sample::difference;
 use crate::semg::activation::{Activation, ActivationState, Normalisation};
 use crate::semg::chain::{Chain, ChainState};
 use crate::semg::quality::{Quality, QualityMonitor, QualityState};
@@ -16,12 +17,13 @@ const UNBELIEVABLE: [Quality; 3] = [Quality::SATURATED, Quality::FLAT, Quality::
 /// How many of its delays a chain remembers a disturbance for.
 const MEMORY_DELAYS: f64 = 3.0;
 
+/// As laid out: what a scan touches lies within the reach of the chip's loads (1 kB), ahead of the chain's ring.
+#[repr(C)]
 #[derive(Clone, Copy, Debug)]
 struct Channel {
     normalisation: Normalisation<f32>,
     /// Share in the activation: one over the number of channels on the same head; none off the four heads.
     weight: Option<f32>,
-    chain: ChainState<f32>,
     quality: QualityState,
     /// Newest normalised envelope.
     envelope: f32,
@@ -33,6 +35,7 @@ struct Channel {
     doubted: bool,
     warnings: Quality,
     warnings_since_status: Quality,
+    chain: ChainState<f32>,
 }
 
 impl Channel {
@@ -69,7 +72,8 @@ impl Channel {
 pub(super) struct Signals<const C: usize> {
     /// The front end's own detection.
     pub(super) lead_off: [bool; C],
-    adc: AdcScale,
+    zero_count: i32,
+    volts_per_count: f32,
     chain: Chain<f32>,
     monitor: QualityMonitor,
     channels: [Channel; C],
@@ -104,7 +108,8 @@ impl<const C: usize> Signals<C> {
         let activation = Activation::new(channels.map(|channel| channel.weight.is_some()), window)?;
         Ok(Self {
             lead_off: [false; C],
-            adc: config.adc,
+            zero_count: config.adc.offset_counts(),
+            volts_per_count: f32::of(config.adc.volts_per_count()),
             chain,
             monitor: QualityMonitor::new(rate_hz, config.adc)?,
             channels,
@@ -163,7 +168,11 @@ impl<const C: usize> Signals<C> {
             channel.warnings_since_status = channel.warnings_since_status.with(channel.warnings);
             let bad = |bad: &Quality| channel.warnings.contains(*bad);
             let mut believed = !settling && !UNBELIEVABLE.iter().any(bad);
-            let envelope = self.chain.step(&mut channel.chain, self.adc.volts(*count));
+            let envelope = {
+                // As `AdcScale::volts`, the scale rounded beforehand.
+                let volts = difference::<f32>(*count, self.zero_count) * self.volts_per_count;
+                self.chain.step(&mut channel.chain, volts)
+            };
             match envelope.map(|envelope| channel.normalisation.apply(envelope)) {
                 Ok(envelope) if envelope <= MAX_ENVELOPE => channel.envelope = envelope,
                 Ok(_) | Err(_) => {
@@ -182,7 +191,7 @@ impl<const C: usize> Signals<C> {
         }
         match self.activation.step(&mut self.activation_state, &weighted) {
             // A mean of what is not negative; the window's running sum may round to just below zero.
-            Ok(activation) => self.newest_activation = activation.max(0.0),
+            Ok(activation) => self.newest_activation = not_negative(activation),
             Err(_) => refused += 1,
         }
         refused

@@ -117,14 +117,20 @@ fn project_block<'r, 'f, T: Real, const M: usize>(
     let (far, _) = far.as_chunks::<ABREAST>();
     let tails = tails.map(|tail| &tail[..far.len()]);
     let mut sums = [[T::zero(); ABREAST]; M];
+    for (m, sum) in sums.iter_mut().enumerate() {
+        let products = corners[m].iter().zip(&near[m..]);
+        for (sum, (entry, a)) in sum.iter_mut().zip(products) {
+            *sum = *entry * *a;
+        }
+    }
     for (i, a) in far.iter().enumerate() {
         for (sum, tail) in sums.iter_mut().zip(tails) {
             add_product(sum, &tail[i], a);
         }
     }
     let (out, after) = f.split_at_mut(M);
-    for m in 0..M {
-        out[m] = total(&sums[m]) + dot(corners[m], &near[m..]);
+    for (out, sum) in out.iter_mut().zip(&sums) {
+        *out = total(sum);
     }
     (rest, after)
 }
@@ -163,31 +169,36 @@ const LEAST_SHARE: f64 = 1e-6;
 pub(super) fn observe<T: Real>(root: &mut [T], shares: &mut [T], f: &mut [T], noise: T) {
     let rank = f.len();
     let odd = rank % ABREAST;
-    let mut alpha = (noise, T::one() / noise);
-    let (mut from, mut end) = (rank, root.len());
-    while from > odd {
-        from -= ABREAST;
-        let length = root_len(rank - from) - root_len(rank - from - ABREAST);
-        observe_block::<T, ABREAST>(
-            &mut root[end - length..end],
-            &mut shares[from..],
-            &mut f[from..],
-            &mut alpha,
-        );
-        end -= length;
+    let mut alpha = Alpha {
+        value: noise,
+        inverse: T::one() / noise,
+        small: false,
+    };
+    let (mut left, mut rows) = (&mut *root, 0);
+    for from in (odd..rank).step_by(ABREAST).rev() {
+        rows += ABREAST;
+        // As many rows less the corner's missing triangle.
+        let length = ABREAST * rows - ABREAST * (ABREAST - 1) / 2;
+        let (before, block) = left.split_at_mut(left.len() - length);
+        observe_block::<T, ABREAST>(block, &mut shares[from..], &mut f[from..], &mut alpha);
+        left = before;
     }
     match odd {
-        1 => observe_block::<T, 1>(&mut root[..end], shares, f, &mut alpha),
-        2 => observe_block::<T, 2>(&mut root[..end], shares, f, &mut alpha),
-        3 => observe_block::<T, 3>(&mut root[..end], shares, f, &mut alpha),
+        1 => observe_block::<T, 1>(left, shares, f, &mut alpha),
+        2 => observe_block::<T, 2>(left, shares, f, &mut alpha),
+        3 => observe_block::<T, 3>(left, shares, f, &mut alpha),
         _ => {}
     }
-    let mut rest = root;
-    for (index, share) in shares.iter_mut().enumerate() {
-        let (column, after) = rest.split_at_mut(rank - index);
-        fold(column, share);
-        rest = after;
+    if alpha.small {
+        fold(root, shares);
     }
+}
+
+/// The running sum of the update, and whether it has left a share small.
+struct Alpha<T> {
+    value: T,
+    inverse: T,
+    small: bool,
 }
 
 /// What the update does to one column: `S <- S - take e`, `e <- e + add S`.
@@ -197,36 +208,49 @@ struct Step<T> {
     add: T,
 }
 
-/// `M` columns of [`observe`]: `vector` is `f` in the block's rows and `e` below them, then `e` in all. `alpha` with
-/// its inverse.
+/// `M` columns of [`observe`]: `vector` is `f` in the block's rows and `e` below them, then `e` in all.
 #[inline(always)]
 fn observe_block<T: Real, const M: usize>(
-    root: &mut [T],
+    block: &mut [T],
     shares: &mut [T],
     vector: &mut [T],
-    alpha: &mut (T, T),
+    alpha: &mut Alpha<T>,
 ) {
     let rows = vector.len();
-    let (near, far) = vector.split_at_mut(M);
+    let (Some((near, far)), Some(shares)) = (
+        vector.split_first_chunk_mut::<M>(),
+        shares.first_chunk_mut::<M>(),
+    ) else {
+        return;
+    };
     if near.iter().all(|f| f.is_zero()) {
         return;
     }
-    let steps = steps::<T, M>(near, shares, alpha);
-    let columns = split_mut::<T, M>(root, rows);
-    for (row, e) in near.iter_mut().enumerate() {
-        *e = T::zero();
-        for m in (0..=row).rev() {
-            turn(&mut columns[m][row - m], e, &steps[m]);
+    let steps = steps(near, shares, alpha);
+    let columns = split_mut::<T, M>(block, rows);
+    let (far, _) = far.as_chunks_mut::<ABREAST>();
+    let mut m = 0;
+    let mut e = [T::zero(); M];
+    let (mut corners, mut tails): ([&mut [T]; M], [&mut [Four<T>]; M]) = (
+        core::array::from_fn(|_| &mut [][..]),
+        core::array::from_fn(|_| &mut [][..]),
+    );
+    for column in columns {
+        let (corner, tail) = column.split_at_mut(M - m);
+        (corners[m], tails[m]) = (corner, &mut tail.as_chunks_mut().0[..far.len()]);
+        m += 1;
+    }
+    for m in (0..M).rev() {
+        // The diagonal stays: nothing of `e` is in its row yet.
+        let Some((diagonal, below)) = corners[m].split_first_mut() else {
+            return;
+        };
+        e[m] = steps[m].add * *diagonal;
+        for (entry, e) in below.iter_mut().zip(&mut e[m + 1..]) {
+            turn(entry, e, &steps[m]);
         }
     }
-    let (far, _) = far.as_chunks_mut::<ABREAST>();
-    let mut offset = M;
-    let tails = columns.map(|column| {
-        let (_, tail) = column.split_at_mut(offset);
-        offset -= 1;
-        let (tail, _) = tail.as_chunks_mut::<ABREAST>();
-        &mut tail[..far.len()]
-    });
+    *near = e;
     for (i, e) in far.iter_mut().enumerate() {
         let mut sums = *e;
         for m in (0..M).rev() {
@@ -241,35 +265,51 @@ fn observe_block<T: Real, const M: usize>(
     }
 }
 
+/// The steps of a block's columns, and their shares after it. The divisions do not wait for each other.
 #[inline(always)]
-fn steps<T: Real, const M: usize>(f: &[T], shares: &mut [T], alpha: &mut (T, T)) -> [Step<T>; M] {
-    let nothing = Step {
+fn steps<T: Real, const M: usize>(
+    f: &[T; M],
+    shares: &mut [T; M],
+    alpha: &mut Alpha<T>,
+) -> [Step<T>; M] {
+    let (first, mut before) = (alpha.inverse, [alpha.value; M]);
+    let mut steps = [Step {
         take: T::zero(),
         add: T::zero(),
-    };
-    let mut steps = [nothing; M];
-    for ((step, &f), share) in steps.iter_mut().zip(f).zip(&mut shares[..M]).rev() {
-        let before = *alpha;
-        let add = *share * f;
-        alpha.0 += add * f;
-        alpha.1 = T::one() / alpha.0;
-        *step = Step {
-            take: f * before.1,
-            add,
-        };
-        *share *= before.0 * alpha.1;
+    }; M];
+    for m in (0..M).rev() {
+        before[m] = alpha.value;
+        steps[m].add = shares[m] * f[m];
+        alpha.value += steps[m].add * f[m];
     }
+    let mut inverse = [alpha.value; M];
+    for m in 0..M {
+        let after = if m > 0 { before[m - 1] } else { alpha.value };
+        inverse[m] = T::one() / after;
+    }
+    for m in 0..M {
+        steps[m].take = f[m] * if m + 1 < M { inverse[m + 1] } else { first };
+        shares[m] *= before[m] * inverse[m];
+        alpha.small |= shares[m] < T::of(LEAST_SHARE);
+    }
+    alpha.inverse = inverse[0];
     steps
 }
 
-/// Multiplies a share that has become small into its column.
-fn fold<T: Real>(column: &mut [T], share: &mut T) {
-    if *share < T::of(LEAST_SHARE) {
-        let scale = share.sqrt();
-        for entry in column {
-            *entry *= scale;
+/// Multiplies the shares that have become small into their columns.
+#[cold]
+fn fold<T: Real>(root: &mut [T], shares: &mut [T]) {
+    let (rank, mut rest) = (shares.len(), root);
+    for (index, share) in shares.iter_mut().enumerate() {
+        let (column, after) = rest.split_at_mut(rank - index);
+        rest = after;
+        if *share < T::of(LEAST_SHARE) {
+            let scale = share.sqrt();
+            for entry in column {
+                *entry *= scale;
+            }
+            *share = T::one();
         }
-        *share = T::one();
     }
 }
 

@@ -3,6 +3,7 @@
 use super::NonFinite;
 use super::smoother::{WINDOW_CAPACITY, Window, window_delay_s};
 use crate::Real;
+use crate::real::not_negative;
 
 /// One channel's scale from envelope to fraction of maximum voluntary contraction (MVC):
 /// `(envelope - rest) / (mvc - rest)`, not below 0. Without it activation would depend on electrode gain.
@@ -64,7 +65,7 @@ impl<T: Real> Normalisation<T> {
     /// The envelope as a fraction of MVC: 0 at rest and below, 1 at MVC, above 1 beyond it.
     #[inline]
     pub fn apply(&self, envelope: T) -> T {
-        ((envelope - self.rest) * self.per_unit).max(T::zero())
+        not_negative((envelope - self.rest) * self.per_unit)
     }
 }
 
@@ -142,6 +143,7 @@ impl<const C: usize> Activation<C> {
     ///
     /// # Errors
     /// [`NonFinite`] when the sum over the mapped channels or the mean is not finite; the state is reset.
+    #[inline(always)]
     pub fn step<T: Real>(
         &self,
         state: &mut ActivationState<T>,
@@ -158,7 +160,8 @@ impl<const C: usize> Activation<C> {
         } else {
             sum
         };
-        state.started = activation.is_finite() && sum.is_finite();
+        // The window's mean is not finite while a sum in it is not.
+        state.started = activation.is_finite();
         if state.started {
             Ok(activation)
         } else {

@@ -43,7 +43,7 @@ struct SectionState<T> {
 
 impl<T: Real> Section<T> {
     /// One sample through the section.
-    #[inline]
+    #[inline(always)]
     fn step(&self, state: &mut SectionState<T>, x: T) -> T {
         let v = self.a2 * state.v + self.c * (x - state.w);
         let y = self.g0 * state.w + self.g1 * v - self.g2 * state.v;
@@ -92,6 +92,7 @@ impl Section<f64> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cascade<T> {
     sections: [Section<T>; MAX_SECTIONS],
+    used: usize,
     order: usize,
 }
 
@@ -118,8 +119,7 @@ impl<T: Real> Cascade<T> {
     /// The sections in use, in the order they run.
     #[must_use]
     pub fn sections(&self) -> &[Section<T>] {
-        let used = self.order.div_ceil(2).min(MAX_SECTIONS);
-        &self.sections[..used]
+        &self.sections[..self.used]
     }
 
     /// Order of the whole transfer function.
@@ -129,10 +129,11 @@ impl<T: Real> Cascade<T> {
     }
 
     /// One sample through every section: five multiplications and five additions each.
-    #[inline]
+    #[inline(always)]
     pub fn step(&self, state: &mut CascadeState<T>, x: T) -> T {
         let mut y = x;
-        for (section, state) in self.sections().iter().zip(&mut state.sections) {
+        let sections = self.sections.iter().zip(&mut state.sections);
+        for (section, state) in sections.take(self.used) {
             y = section.step(state, y);
         }
         y
@@ -155,6 +156,7 @@ impl Cascade<f64> {
         debug_assert!(order.div_ceil(2) <= MAX_SECTIONS);
         Self {
             sections: core::array::from_fn(section),
+            used: order.div_ceil(2).min(MAX_SECTIONS),
             order,
         }
     }
@@ -164,6 +166,7 @@ impl Cascade<f64> {
     pub fn convert<T: Real>(&self) -> Cascade<T> {
         Cascade {
             sections: self.sections.each_ref().map(Section::convert),
+            used: self.used,
             order: self.order,
         }
     }

@@ -96,7 +96,8 @@ pub struct Chain<T> {
     delay_s: f64,
 }
 
-/// State of one channel.
+/// State of one channel, the smoother's ring at its end.
+#[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChainState<T> {
     /// The first sample, V. Taken from every later one before filtering: `f32` then spends its 24 bits on
@@ -164,15 +165,13 @@ impl<T: Real> Chain<T> {
     ///
     /// # Errors
     /// [`NonFinite`] for NaN, infinity, or a value that overflows a filter; the state is then reset.
-    #[inline]
+    #[inline(always)]
     pub fn step(&self, state: &mut ChainState<T>, x: T) -> Result<T, NonFinite> {
-        let envelope = if x.is_finite() {
-            match state.first {
-                Some(first) => self.advance(state, x - first),
-                None => self.start(state, x),
-            }
-        } else {
-            x
+        // What is not finite leaves no filter that runs as a finite number.
+        let envelope = match state.first {
+            Some(first) => self.advance(state, x - first),
+            None if x.is_finite() => self.start(state, x),
+            None => x,
         };
         if envelope.is_finite() {
             Ok(envelope)
@@ -182,6 +181,7 @@ impl<T: Real> Chain<T> {
         }
     }
 
+    #[cold]
     fn start(&self, state: &mut ChainState<T>, x: T) -> T {
         state.first = Some(x);
         let mut y = self.conditioner.settle(&mut state.conditioner, T::zero());
@@ -191,7 +191,7 @@ impl<T: Real> Chain<T> {
         self.smoother.settle(&mut state.smoother, y)
     }
 
-    #[inline]
+    #[inline(always)]
     fn advance(&self, state: &mut ChainState<T>, x: T) -> T {
         let mut y = self.conditioner.step(&mut state.conditioner, x);
         if let Some(notch) = &self.notch {

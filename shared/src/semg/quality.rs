@@ -10,7 +10,7 @@ use core::f64::consts::PI;
 use micromath::F32Ext;
 
 use super::design::{self, DesignError, Mains};
-use crate::sample::AdcScale;
+use crate::sample::{AdcScale, difference};
 
 /// Length of a judged block, s: whole periods of 50 and of 60 Hz, 2 Hz wide bins.
 const BLOCK_S: f64 = 0.5;
@@ -196,33 +196,37 @@ impl QualityMonitor {
 
     /// Takes one count and the front end's own lead-off detection (`false` where it has none); returns
     /// the warnings of the last whole block, and those of this one that need not wait for its end.
+    #[inline(always)]
     pub fn step(&self, state: &mut QualityState, count: i32, lead_off: bool) -> Quality {
         let block = state.block.get_or_insert_with(|| Block::new(count));
+        let mut warned = block.warned;
         if self.scale.at_rail(count) {
-            block.warned = block.warned.with(Quality::SATURATED);
+            warned = warned.with(Quality::SATURATED);
         }
         if lead_off {
-            block.warned = block.warned.with(Quality::LEAD_OFF);
+            warned = warned.with(Quality::LEAD_OFF);
         }
-        state.still = if count == state.newest {
-            state.still.saturating_add(1)
+        if count == state.newest {
+            state.still = state.still.saturating_add(1);
+            if state.still >= self.still_samples {
+                warned = warned.with(Quality::FLAT);
+            }
         } else {
-            1
-        };
-        state.newest = count;
-        if state.still >= self.still_samples {
-            block.warned = block.warned.with(Quality::FLAT);
+            (state.newest, state.still) = (count, 1);
         }
-        block.lowest = block.lowest.min(count);
-        block.highest = block.highest.max(count);
-        let x = difference(count, block.first);
+        block.warned = warned;
+        if count < block.lowest {
+            block.lowest = count;
+        } else if count > block.highest {
+            block.highest = count;
+        }
+        let x: f32 = difference(count, block.first);
         block.sum += x;
         block.sum_squares += x * x;
         for (line, coefficient) in block.lines.iter_mut().zip(self.coefficients) {
             line.step(coefficient, x);
         }
         block.samples += 1;
-        let warned = block.warned;
         if block.samples >= self.block_samples {
             let whole = *block;
             state.block = None;
@@ -234,6 +238,7 @@ impl QualityMonitor {
     /// Warnings of a whole block. `micromath`'s `log10` (within 0.05, so 0.5 dB) and `sqrt` (within 6 %) are
     /// enough for lamps with limits of several dB, and are a few integer operations instead of a libm call;
     /// the signal path uses neither.
+    #[inline(never)]
     #[allow(
         clippy::cast_possible_truncation,
         clippy::cast_precision_loss,
@@ -263,18 +268,12 @@ impl QualityMonitor {
             }
         }
         let (min, max) = self.scale.rails();
-        let margin = RAIL_MARGIN * difference(max, min);
-        let above_min = difference(block.first, min) + mean;
-        let below_max = difference(max, block.first) - mean;
+        let margin = RAIL_MARGIN * difference::<f32>(max, min);
+        let above_min = difference::<f32>(block.first, min) + mean;
+        let below_max = difference::<f32>(max, block.first) - mean;
         if above_min < margin || below_max < margin {
             quality = quality.with(Quality::LEAD_OFF);
         }
         state.judged = quality;
     }
-}
-
-/// `count - reference` without overflow.
-#[allow(clippy::cast_precision_loss, reason = "24 bits are enough for a lamp")]
-fn difference(count: i32, reference: i32) -> f32 {
-    (i64::from(count) - i64::from(reference)) as f32
 }

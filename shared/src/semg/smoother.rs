@@ -3,6 +3,7 @@
 use super::biquad::{Cascade, CascadeState};
 use super::design::{self, DesignError};
 use crate::Real;
+use crate::real::not_negative;
 
 /// Longest window, samples: 256 ms at 2 kHz. One channel's ring takes 2 kB in `f32`.
 pub const WINDOW_CAPACITY: usize = 512;
@@ -74,12 +75,13 @@ pub fn window_samples(window_s: f64, rate_hz: f64, capacity: usize) -> Result<us
 /// A running sum in floating point drifts. Here a second sum collects the same samples without ever
 /// subtracting; after `len` samples it is the sum of exactly the ring's content and replaces the
 /// running one. Rounding therefore never outlives two windows, at constant cost per sample.
+#[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window<T> {
-    ring: [T; WINDOW_CAPACITY],
     next: usize,
     running: T,
     collected: T,
+    ring: [T; WINDOW_CAPACITY],
 }
 
 impl<T: Real> Window<T> {
@@ -95,6 +97,7 @@ impl<T: Real> Window<T> {
     }
 
     /// As if `x` had been the input for ever; `samples` is the window's length.
+    #[cold]
     pub fn settle(&mut self, samples: usize, x: T) {
         self.ring = [x; WINDOW_CAPACITY];
         self.next = 0;
@@ -125,7 +128,7 @@ impl<T: Real> Window<T> {
 /// A sample count in the scalar; exact, as counts are at most [`WINDOW_CAPACITY`].
 #[allow(clippy::cast_possible_truncation, reason = "at most 512")]
 fn count<T: Real>(samples: usize) -> T {
-    T::of(f64::from(samples as u32))
+    T::whole(samples as i32)
 }
 
 /// A designed smoother, shared by all channels.
@@ -138,6 +141,7 @@ pub(crate) enum Design<T> {
 
 /// A smoother's state for one channel. It holds the storage of every kind, because the kind is
 /// chosen at run time and nothing is allocated.
+#[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct State<T> {
     cascade: CascadeState<T>,
@@ -189,7 +193,7 @@ impl<T: Real> Design<T> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     pub(crate) fn step(&self, state: &mut State<T>, conditioned: T) -> T {
         match self {
             Self::LowPass(filter) => filter.step(&mut state.cascade, conditioned.abs()),
@@ -197,7 +201,7 @@ impl<T: Real> Design<T> {
             Self::Rms { samples } => {
                 let mean_square = state.window.step(*samples, conditioned * conditioned);
                 // After a burst the running sum may undershoot zero by its rounding.
-                mean_square.max(T::zero()).sqrt()
+                not_negative(mean_square).sqrt()
             }
         }
     }

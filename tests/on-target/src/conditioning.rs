@@ -10,6 +10,7 @@ use crate::model::{numbers, root};
 /// Observations before the one that is counted.
 const BEFORE: usize = 3;
 
+#[inline(never)]
 pub(crate) fn count(counter: &mut Counter) {
     of_rank::<16, { root_len(16) }, { belief_len(16) }, 20, { 20 * 16 }>(
         counter,

@@ -1,4 +1,5 @@
-//! Counts the instructions of the shared kernels on a Cortex-M4F under QEMU and prints `name instructions` lines.
+//! Runs the shared code on a Cortex-M4F under QEMU: compares its results with the host's, then counts the instructions
+//! of its kernels and prints `name instructions` lines (and what it compared behind a `#`).
 //! `tests/on-target/run` builds and starts it.
 #![no_std]
 #![no_main]
@@ -7,11 +8,13 @@
     reason = "a panic here is how a measurement fails"
 )]
 
+mod agreement;
 mod conditioning;
 mod count;
 mod model;
 mod recognition;
 mod signal;
+mod vectors;
 
 use cortex_m_rt::entry;
 use cortex_m_semihosting::debug;
@@ -21,6 +24,7 @@ use count::Counter;
 
 #[entry]
 fn main() -> ! {
+    agreement::check();
     let mut counter = Counter::new(cortex_m::Peripherals::take().unwrap().SYST);
     conditioning::count(&mut counter);
     recognition::count(&mut counter);

@@ -18,6 +18,7 @@ const TEMPI: usize = 8;
 const HYPOTHESES: usize = SKILLS * TEMPI;
 const PERIOD_S: f32 = 0.02;
 
+#[inline(never)]
 pub(crate) fn count(counter: &mut Counter) {
     let loading = numbers::<{ DOFS * BASIS * RANK }>(0.7);
     let latent = Latent::new(Basis::gaussian(BASIS).unwrap(), DOFS, RANK, &loading).unwrap();
