@@ -2,10 +2,12 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "test suite")]
 
 use tonus_shared::wire::{
-    Frame, HandPosition, Kind, MAX_FRAME_BYTES, ModelUpload, Orientation, Packet, RawSemg,
-    STREAM_FRAME_BYTES, Stream, WireError, decode, encode,
+    Frame, HandPosition, Kind, MAX_FRAME_BYTES, Orientation, Packet, RawSemg, STREAM_FRAME_BYTES,
+    Stream, WireError, decode, encode,
 };
 use tonus_tests::frames::{HEADER, bytes_of, crc32_bitwise, golden, golden_stream, sealed};
+
+mod management;
 
 fn golden_body(name: &str) -> Vec<u8> {
     let (_, mut bytes) = golden()
@@ -116,113 +118,10 @@ fn what_is_not_finite_is_refused_when_decoding() {
     }
 }
 
-#[test]
-fn what_cannot_be_is_refused_when_decoding() {
-    let cases: &[(&str, usize, &[u8], &str)] = &[
-        ("configuration", 0, &0_f32.to_le_bytes(), "semg_hz"),
-        ("configuration", 0, &(-200_f32).to_le_bytes(), "semg_hz"),
-        ("configuration", 4, &0_f32.to_le_bytes(), "stream_hz"),
-        (
-            "configuration",
-            8,
-            &(-1_f32).to_le_bytes(),
-            "volts_per_count",
-        ),
-        ("configuration", 20, &[0], "channels"),
-        ("configuration", 20, &[9], "channels"),
-        ("configuration", 20, &[5], "muscles"),
-        ("configuration", 21, &[6], "muscles"),
-        ("configuration", 25, &[5], "muscles"),
-        ("configuration", 29, &[55], "mains_hz"),
-        ("configuration", 30, &[2], "raw"),
-        ("stream", 20, &1_f32.to_le_bytes(), "envelopes"),
-        ("stream", 40, &0.99_f32.to_le_bytes(), "co_contraction"),
-        ("stream", 44, &0_f32.to_le_bytes(), "stiffness_n_per_m"),
-        ("stream", 52, &(-1_f32).to_le_bytes(), "stiffness_n_per_m"),
-        ("stream", 48, &2e6_f32.to_le_bytes(), "stiffness_n_per_m"),
-        ("stream", 63, &[1], "quality"),
-        ("stream", 56, &[16], "quality"),
-        ("stream", 64, &[0], "channels"),
-        ("stream", 66, &[1], "flags"),
-        ("raw", 4, &[0], "scans"),
-        ("raw", 4, &[9, 9], "scans"),
-        ("orientation", 0, &0.6_f32.to_le_bytes(), "norm of xyzw"),
-        ("hand_seen", 0, &[0], "position_m of a hand not seen"),
-        ("hand_seen", 1, &3.5_f32.to_le_bytes(), "position_m"),
-        ("ping_reply", 0, &[2], "role"),
-        ("ping_reply", 21, &[0; 8], "replied_us"),
-        ("ping_reply", 0, &[0], "times of the replier in a request"),
-        ("inference", 1, &[4], "top"),
-        ("inference", 22, &1.5_f32.to_le_bytes(), "phase"),
-        ("status", 6, &[7], "reset_reason"),
-        ("status", 35, &[64], "flags"),
-        ("status", 35, &[128], "flags"),
-        ("control_raw", 0, &[0], "value"),
-        ("control_send_calibration", 0, &[0], "command"),
-        ("control_send_calibration", 0, &[6], "command"),
-        ("control_raw", 1, &[2], "value"),
-        ("control_send_calibration", 1, &[1], "value"),
-        ("control_send_model_state", 4, &[1], "value"),
-        ("control_send_last_words", 2, &[1], "value"),
-        ("calibration", 4, &[0], "channels"),
-        ("calibration", 4, &[9], "channels"),
-        ("calibration", 4, &[3], "muscles"),
-        ("calibration", 5, &[6], "muscles"),
-        ("calibration", 13, &[55], "mains_hz"),
-        ("calibration", 14, &0_f32.to_le_bytes(), "semg_hz"),
-        ("calibration", 14, &1e6_f32.to_le_bytes(), "semg_hz"),
-        ("calibration", 18, &(-1e-6_f32).to_le_bytes(), "rest_v"),
-        ("calibration", 34, &1e-6_f32.to_le_bytes(), "rest_v"),
-        ("calibration", 50, &1.5_f32.to_le_bytes(), "mvc_v"),
-        ("calibration", 78, &1e-6_f32.to_le_bytes(), "mvc_v"),
-        (
-            "calibration",
-            82,
-            &0_f32.to_le_bytes(),
-            "activation_window_s",
-        ),
-        ("calibration", 86, &(-0.5_f32).to_le_bytes(), "l1"),
-        ("calibration", 90, &0_f32.to_le_bytes(), "l2"),
-        (
-            "calibration",
-            106,
-            &0_f32.to_le_bytes(),
-            "rest_stiffness_nm_per_rad",
-        ),
-        (
-            "calibration",
-            94,
-            &1_001_f32.to_le_bytes(),
-            "rest_stiffness_nm_per_rad",
-        ),
-        ("calibration", 110, &0_f32.to_le_bytes(), "body_mass_kg"),
-        ("calibration", 114, &175_f32.to_le_bytes(), "body_height_m"),
-        ("upload_begin", 0, &[4], "step"),
-        ("upload_begin", 1, &[0; 4], "total_bytes"),
-        ("upload_piece", 1, &[0xFF; 4], "offset_bytes"),
-        ("upload_finish", 0, &[255], "step"),
-        ("model_state", 0, &[2], "state"),
-        ("model_state", 0, &[0], "what describes no model"),
-        ("model_state", 9, &[0], "what describes no reception"),
-        ("model_state", 9, &[3], "receiving"),
-        ("model_state", 18, &[0xFF; 4], "received_bytes"),
-        ("model_state", 22, &[0; 4], "total_bytes"),
-        ("model_state", 26, &[0; 4], "total_bytes"),
-        ("model_state", 30, &[0], "skills"),
-        ("model_state", 31, &[0], "dofs"),
-        ("model_state", 32, &[0], "functions"),
-        ("model_state", 33, &[0], "rank"),
-        ("model_state_empty", 8, &[1], "what describes no model"),
-        ("model_state_empty", 33, &[1], "what describes no model"),
-        ("model_state_empty", 17, &[1], "what describes no reception"),
-        ("reply_done", 0, &[0], "answered kind"),
-        ("reply_done", 0, &[15], "answered kind"),
-        ("reply_done", 5, &[2], "outcome"),
-        ("reply_done", 6, &[1], "reason"),
-        ("reply_refused", 6, &[0], "reason"),
-        ("reply_refused", 6, &[10], "reason"),
-        ("last_words_full", 0, &[129], "length"),
-    ];
+/// Golden name, place in the payload, bytes put there, field that the refusal names.
+type Case<'a> = (&'static str, usize, &'a [u8], &'static str);
+
+fn refused_by_field(cases: &[Case]) {
     for (name, at, bytes, expected) in cases {
         match patched(name, *at, bytes) {
             Err(WireError::OutOfRange { field, .. }) => {
@@ -234,84 +133,47 @@ fn what_cannot_be_is_refused_when_decoding() {
 }
 
 #[test]
-fn a_list_is_exactly_as_long_as_it_says() {
-    let cases = [
-        ("upload_begin", 0, 2, 23, 59),
-        ("upload_begin", 0, 3, 23, 59),
-        ("upload_finish", 0, 0, 59, 23),
-        ("upload_finish", 0, 1, 28, 23),
-        ("last_words", 0, 27, 50, 51),
-        ("last_words", 0, 0, 23, 51),
-        ("last_words_none", 0, 1, 24, 23),
-    ];
-    for (name, at, byte, expected, got) in cases {
-        let refused = patched(name, at, &[byte]);
-        let Err(WireError::WrongLength {
-            expected: told,
-            got: was,
-            ..
-        }) = refused
-        else {
-            panic!("{name}: {refused:?}")
-        };
-        assert_eq!((told, was), (expected, got), "{name}");
-    }
-    let mut longest = golden_body("upload_piece_full");
-    longest.push(0);
-    assert_eq!(
-        decode(&sealed(longest)),
-        Err(WireError::WrongLength {
-            kind: Kind::ModelUpload,
-            expected: 243,
-            got: 244
-        })
-    );
-}
-
-#[test]
-fn last_words_are_text() {
-    for (at, valid_up_to) in [(1, 0), (13, 12), (28, 25)] {
-        assert_eq!(
-            patched("last_words", at, &[0xFF]),
-            Err(WireError::NotText {
-                field: "words",
-                valid_up_to
-            })
-        );
-    }
-}
-
-#[test]
-fn what_no_step_of_an_upload_holds_is_refused_when_encoding() {
-    let cases = [
+fn what_cannot_be_is_refused_when_decoding() {
+    refused_by_field(&[
+        ("configuration", 0, &f32::to_le_bytes(0.0), "semg_hz"),
+        ("configuration", 0, &f32::to_le_bytes(-200.0), "semg_hz"),
+        ("configuration", 4, &f32::to_le_bytes(0.0), "stream_hz"),
         (
-            ModelUpload::Begin {
-                total_bytes: 0,
-                sha256: [0; 32],
-            },
-            "total_bytes",
+            "configuration",
+            8,
+            &f32::to_le_bytes(-1.0),
+            "volts_per_count",
         ),
-        (
-            ModelUpload::Piece {
-                offset_bytes: 0,
-                bytes: [].into_iter().collect(),
-            },
-            "bytes",
-        ),
-        (
-            ModelUpload::Piece {
-                offset_bytes: u32::MAX,
-                bytes: [7].into_iter().collect(),
-            },
-            "offset_bytes",
-        ),
-    ];
-    for (step, expected) in cases {
-        match bytes_of(&HEADER, &Packet::ModelUpload(step)) {
-            Err(WireError::OutOfRange { field, .. }) => assert_eq!(field, expected),
-            other => panic!("{expected}: {other:?}"),
-        }
-    }
+        ("configuration", 20, &[0], "channels"),
+        ("configuration", 20, &[9], "channels"),
+        ("configuration", 20, &[5], "muscles"),
+        ("configuration", 21, &[6], "muscles"),
+        ("configuration", 25, &[5], "muscles"),
+        ("configuration", 29, &[55], "mains_hz"),
+        ("configuration", 30, &[2], "raw"),
+        ("stream", 20, &f32::to_le_bytes(1.0), "envelopes"),
+        ("stream", 40, &f32::to_le_bytes(0.99), "co_contraction"),
+        ("stream", 44, &f32::to_le_bytes(0.0), "stiffness_n_per_m"),
+        ("stream", 52, &f32::to_le_bytes(-1.0), "stiffness_n_per_m"),
+        ("stream", 48, &f32::to_le_bytes(2e6), "stiffness_n_per_m"),
+        ("stream", 63, &[1], "quality"),
+        ("stream", 56, &[16], "quality"),
+        ("stream", 64, &[0], "channels"),
+        ("stream", 66, &[1], "flags"),
+        ("raw", 4, &[0], "scans"),
+        ("raw", 4, &[9, 9], "scans"),
+        ("orientation", 0, &f32::to_le_bytes(0.6), "norm of xyzw"),
+        ("hand_seen", 0, &[0], "position_m of a hand not seen"),
+        ("hand_seen", 1, &f32::to_le_bytes(3.5), "position_m"),
+        ("ping_reply", 0, &[2], "role"),
+        ("ping_reply", 21, &[0; 8], "replied_us"),
+        ("ping_reply", 0, &[0], "times of the replier in a request"),
+        ("inference", 1, &[4], "top"),
+        ("inference", 22, &f32::to_le_bytes(1.5), "phase"),
+        ("status", 6, &[7], "reset_reason"),
+        ("status", 35, &[64], "flags"),
+        ("status", 35, &[128], "flags"),
+    ]);
 }
 
 #[test]
