@@ -1,47 +1,37 @@
-//! Every flag and every closed list by itself: its number on the page is the decoder's and the code's.
+//! Each flag and each reason by itself: the golden frames show a few of them, here every number must have the name that
+//! page and decoder give it.
 
 use serde_json::{Value, json};
-use tonus_shared::wire::{
-    Kind, Packet, Refusal, Reply, ResetReason, Status, StatusFlags, StreamFlags,
-};
+use tonus_shared::wire::{Kind, Packet, Refusal, Reply, ResetReason, StatusFlags, StreamFlags};
 use tonus_tests::frames::{HEADER, bytes_of, golden_stream};
 
-use super::{golden_statuses, python};
+use super::packets::golden_statuses;
+use super::python;
 
 const PAGE: &str = include_str!("../../../docs/wire.md");
 
-/// Frames to decode, and what the decoder should say of each under one key.
-#[derive(Default)]
-struct Sent {
-    lines: String,
-    expected: Vec<(&'static str, Value)>,
+fn told(row: &str) {
+    assert!(PAGE.contains(row), "docs/wire.md lacks `{row}`");
 }
 
-impl Sent {
-    fn send(&mut self, packet: &Packet, key: &'static str, value: Value) {
+/// The decoder prints each packet with this value under this key.
+fn printed_so(sent: Vec<(Packet, &str, Value)>) {
+    let mut lines = String::new();
+    for (packet, _, _) in &sent {
         for byte in bytes_of(&HEADER, packet).unwrap() {
-            self.lines.push_str(&format!("{byte:02x}"));
+            lines.push_str(&format!("{byte:02x}"));
         }
-        self.lines.push('\n');
-        self.expected.push((key, value));
+        lines.push('\n');
     }
-
-    fn decoded_as_expected(self) {
-        let printed = python(&["../docs/wire_decode.py"], &self.lines);
-        assert_eq!(printed.lines().count(), self.expected.len());
-        for (line, (key, value)) in printed.lines().zip(self.expected) {
-            assert_eq!(serde_json::from_str::<Value>(line).unwrap()[key], value);
-        }
+    let printed = python(&["../docs/wire_decode.py"], &lines);
+    assert_eq!(printed.lines().count(), sent.len());
+    for (line, (_, key, value)) in printed.lines().zip(sent) {
+        assert_eq!(serde_json::from_str::<Value>(line).unwrap()[key], value);
     }
-}
-
-fn row(number: u32, name: &str) {
-    let row = format!("| {number} | {name} |");
-    assert!(PAGE.contains(&row), "docs/wire.md lacks `{row}`");
 }
 
 #[test]
-fn flags_of_a_stream() {
+fn every_flag_has_its_documented_number() {
     let flags = [
         (StreamFlags::HAND_SEEN, "hand_seen"),
         (StreamFlags::ORIENTATION_SEEN, "orientation_seen"),
@@ -51,29 +41,6 @@ fn flags_of_a_stream() {
         (StreamFlags::ACTIVATION_HELD, "activation_held"),
         (StreamFlags::BLENDING, "blending"),
         (StreamFlags::NEAR_SINGULAR, "near_singular"),
-    ];
-    let mut sent = Sent::default();
-    for (flag, name) in flags {
-        row(flag.bits().trailing_zeros(), name);
-        let Packet::Stream(mut stream) = golden_stream() else {
-            unreachable!()
-        };
-        stream.flags = flag;
-        sent.send(&Packet::Stream(stream), "flags", json!([name]));
-    }
-    sent.decoded_as_expected();
-}
-
-#[test]
-fn reasons_and_flags_of_a_status() {
-    let resets = [
-        (ResetReason::Unknown, "unknown"),
-        (ResetReason::PowerOn, "power_on"),
-        (ResetReason::Pin, "pin"),
-        (ResetReason::Watchdog, "watchdog"),
-        (ResetReason::Software, "software"),
-        (ResetReason::Lockup, "lockup"),
-        (ResetReason::Wake, "wake"),
     ];
     let problems = [
         (StatusFlags::LOW_BATTERY, "low_battery"),
@@ -86,26 +53,35 @@ fn reasons_and_flags_of_a_status() {
         (StatusFlags::NOT_CALIBRATED, "not_calibrated"),
         (StatusFlags::NO_MODEL, "no_model"),
     ];
-    let (mut sent, [status, _]) = (Sent::default(), golden_statuses());
-    for (reset_reason, name) in resets {
-        let told = format!("{} {}", reset_reason as u8, name.replace('_', " "));
-        assert!(PAGE.contains(&told), "docs/wire.md lacks `{told}`");
-        let status = Status {
-            reset_reason,
-            ..status
+    let mut sent = Vec::new();
+    for (flag, name) in flags {
+        told(&format!("| {} | {name} |", flag.bits().trailing_zeros()));
+        let Packet::Stream(mut stream) = golden_stream() else {
+            unreachable!()
         };
-        sent.send(&Packet::Status(status), "reset_reason", json!(name));
+        stream.flags = flag;
+        sent.push((Packet::Stream(stream), "flags", json!([name])));
     }
-    for (flags, name) in problems {
-        row(flags.bits().trailing_zeros(), name);
-        let status = Status { flags, ..status };
-        sent.send(&Packet::Status(status), "flags", json!([name]));
+    for (flag, name) in problems {
+        told(&format!("| {} | {name} |", flag.bits().trailing_zeros()));
+        let mut status = golden_statuses()[1];
+        status.flags = flag;
+        sent.push((Packet::Status(status), "flags", json!([name])));
     }
-    sent.decoded_as_expected();
+    printed_so(sent);
 }
 
 #[test]
-fn reasons_of_a_refusal() {
+fn every_reason_has_its_documented_number() {
+    let resets = [
+        (ResetReason::Unknown, "unknown"),
+        (ResetReason::PowerOn, "power_on"),
+        (ResetReason::Pin, "pin"),
+        (ResetReason::Watchdog, "watchdog"),
+        (ResetReason::Software, "software"),
+        (ResetReason::Lockup, "lockup"),
+        (ResetReason::Wake, "wake"),
+    ];
     let refusals = [
         (Refusal::Malformed, "malformed"),
         (Refusal::OutOfRange, "out_of_range"),
@@ -117,16 +93,26 @@ fn reasons_of_a_refusal() {
         (Refusal::NotFitting, "not_fitting"),
         (Refusal::Busy, "busy"),
     ];
-    let mut sent = Sent::default();
+    let mut sent = Vec::new();
+    for (reset_reason, name) in resets {
+        told(&format!(
+            "{} {}",
+            reset_reason as u8,
+            name.replace('_', " ")
+        ));
+        let mut status = golden_statuses()[1];
+        status.reset_reason = reset_reason;
+        sent.push((Packet::Status(status), "reset_reason", json!(name)));
+    }
     for (refusal, name) in refusals {
-        row(refusal as u32, name);
+        told(&format!("| {} | {name} |", refusal as u8));
         let reply = Reply {
             answered: Kind::Control,
             sequence: 1,
             outcome: Err(refusal),
             detail: 0,
         };
-        sent.send(&Packet::Reply(reply), "reason", json!(name));
+        sent.push((Packet::Reply(reply), "reason", json!(name)));
     }
-    sent.decoded_as_expected();
+    printed_so(sent);
 }
