@@ -1,3 +1,4 @@
+#!/usr/bin/env bash
 # The shared code on an emulated Cortex-M4F: results as on the host, instruction counts as recorded.
 set -euo pipefail
 cd "$(dirname "$0")/../.."

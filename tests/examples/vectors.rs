@@ -11,13 +11,15 @@ use tonus::model::Model;
 use tonus_shared::Real;
 use tonus_shared::promp::{
     Latent, Mixture, Moments, Observation, Order, Row, Skill, curves_scratch_len, mixture_len,
-    trajectory_scratch_len,
+    root_len, trajectory_scratch_len,
 };
 use tonus_shared::stiffness::{ArmPosture, ArmStiffness};
 use tonus_tests::{frames, work::Work};
 
 type Error = Box<dyn std::error::Error>;
 
+/// Latent dimensions on the chip.
+const RANK: usize = 16;
 /// Phases at which the posterior is compared, and observed phases (three positions at each).
 const POINTS: usize = 21;
 const INSTANTS: usize = 334;
@@ -28,7 +30,7 @@ const ARMS: usize = 50;
 fn main() -> Result<(), Error> {
     let out = std::env::args().nth(1).ok_or("usage: vectors OUT.rs")?;
     let work = Work::read()?;
-    let model = work.without_residual(&work.labelled)?;
+    let model = work.learn(&work.labelled)?;
     let mut text = String::new();
     posterior(&model, &mut text)?;
     envelopes(&mut text)?;
@@ -37,61 +39,35 @@ fn main() -> Result<(), Error> {
     Ok(fs::write(out, text)?)
 }
 
-/// The model, a thousand observations, and what the host expects after them.
+/// The model's leading latent dimensions, a thousand observations, and what the host expects after them. The host is
+/// given what the chip is, all of it rounded to `f32`: only the arithmetic differs.
 fn posterior(model: &Model, text: &mut String) -> Result<(), Error> {
     let view = model.view()?;
-    let latent = view.latent;
-    let (dofs, basis, rank) = (latent.dofs(), latent.basis().count(), latent.rank());
-    writeln!(
-        text,
-        "pub(crate) const DOFS: usize = {dofs};\npub(crate) const BASIS: usize = {basis};\n\
-         pub(crate) const RANK: usize = {rank};\npub(crate) const SKILLS: usize = {};\n\
-         pub(crate) const VARIANCE: f32 = {VARIANCE:e};",
-        view.skills.len()
-    )?;
-    list(
-        text,
-        "LOADING",
-        "f32",
-        latent.loading().iter().copied().map(f32::of),
-    )?;
-    let means = view.skills.iter().map(|skill| narrow(skill.weight_mean()));
-    list(text, "MEANS", &format!("[f32; {}]", dofs * basis), means)?;
-    let roots: Vec<Vec<f32>> = view
-        .skills
-        .iter()
-        .map(|skill| skill.root().map(narrow).ok_or("no root"))
-        .collect::<Result<_, _>>()?;
-    list(text, "ROOTS", &format!("[f32; {}]", roots[0].len()), roots)?;
-    list(
-        text,
-        "LOG_PRIORS",
-        "f32",
-        view.skills.iter().map(|skill| f32::of(skill.log_prior())),
-    )?;
-
-    // The host is given what the chip is, model and observations: only the arithmetic differs.
-    let loading = narrowed(latent.loading());
-    let latent = Latent::new(*latent.basis(), dofs, rank, &loading)?;
-    let means: Vec<_> = (view.skills.iter())
-        .map(|skill| narrowed(skill.weight_mean()))
+    let (dofs, basis) = (view.latent.dofs(), view.latent.basis().count());
+    let loading: Vec<f64> = (view.latent.loading().chunks(view.latent.rank()))
+        .flat_map(|row| narrowed(&row[..RANK]))
         .collect();
-    let roots: Vec<_> = (view.skills.iter())
-        .map(|skill| skill.root().map(narrowed))
-        .collect();
-    let residual = vec![0.0; dofs];
+    let latent = Latent::new(*view.latent.basis(), dofs, RANK, &loading)?;
+    let mut means = Vec::new();
+    let mut roots = Vec::new();
+    for skill in &view.skills {
+        means.push(narrowed(skill.weight_mean()));
+        roots.push(leading(skill.root().ok_or("no root")?, view.latent.rank()));
+    }
+    let residual = narrowed(view.skills[0].residual_variance());
     let parts = view.skills.iter().zip(means.iter().zip(&roots));
     let skills: Vec<Skill<'_, f64>> = parts
         .map(|(skill, (mean, root))| {
             let log_prior = f32::of(skill.log_prior()).widen();
-            Skill::new(&latent, mean, root.as_deref(), &residual, log_prior)
+            Skill::new(&latent, mean, Some(root), &residual, log_prior)
         })
         .collect::<Result<_, _>>()?;
-    let storage = vec![0.0; mixture_len(skills.len(), basis, rank)];
+    write_model(text, &latent, &skills)?;
+    let storage = vec![0.0; mixture_len(skills.len(), basis, RANK)];
     let mut mixture = Mixture::new(latent, &skills, storage)?;
     let movement = mixture.trajectory(0).ok_or("no skill")?;
     let mut rng = ChaCha8Rng::seed_from_u64(1);
-    let mut scratch = vec![0.0; trajectory_scratch_len(basis, rank)];
+    let mut scratch = vec![0.0; trajectory_scratch_len(basis, RANK)];
     let mut seen = Vec::new();
     for instant in 0..INSTANTS {
         for dof in 0..3 {
@@ -113,9 +89,9 @@ fn posterior(model: &Model, text: &mut String) -> Result<(), Error> {
     let phases: Vec<f64> = (0..POINTS)
         .map(|i| f64::from(i as f32 / (POINTS - 1) as f32))
         .collect();
-    let mut scratch = vec![0.0; curves_scratch_len(POINTS, basis, rank)];
+    let mut scratch = vec![0.0; curves_scratch_len(POINTS, basis, RANK)];
     let mut curves = Vec::new();
-    for skill in 0..view.skills.len() {
+    for skill in 0..skills.len() {
         let trajectory = mixture.trajectory(skill).ok_or("no skill")?;
         let mut moments = vec![
             Moments {
@@ -134,9 +110,49 @@ fn posterior(model: &Model, text: &mut String) -> Result<(), Error> {
     list(text, "PHASES", "f32", phases.iter().copied().map(f32::of))?;
     // Skill by skill, DoF by DoF, phase by phase.
     list(text, "CURVES", "(f64, f64)", curves)?;
-    let mut log_posterior = vec![0.0; view.skills.len()];
+    let mut log_posterior = vec![0.0; skills.len()];
     mixture.log_posterior(&mut log_posterior)?;
     list(text, "LOG_POSTERIOR", "f64", log_posterior)
+}
+
+fn write_model(
+    text: &mut String,
+    latent: &Latent<'_, f64>,
+    skills: &[Skill<'_, f64>],
+) -> Result<(), Error> {
+    let (dofs, basis) = (latent.dofs(), latent.basis().count());
+    writeln!(
+        text,
+        "pub(crate) const DOFS: usize = {dofs};\npub(crate) const BASIS: usize = {basis};\n\
+         pub(crate) const RANK: usize = {RANK};\npub(crate) const SKILLS: usize = {};\n\
+         pub(crate) const VARIANCE: f32 = {VARIANCE:e};",
+        skills.len()
+    )?;
+    list(text, "LOADING", "f32", narrow(latent.loading()))?;
+    list(
+        text,
+        "RESIDUAL",
+        "f32",
+        narrow(skills[0].residual_variance()),
+    )?;
+    let means = skills.iter().map(|skill| narrow(skill.weight_mean()));
+    list(text, "MEANS", &format!("[f32; {}]", dofs * basis), means)?;
+    let roots = skills.iter().filter_map(|skill| skill.root().map(narrow));
+    list(text, "ROOTS", &format!("[f32; {}]", root_len(RANK)), roots)?;
+    let log_priors = skills.iter().map(|skill| f32::of(skill.log_prior()));
+    list(text, "LOG_PRIORS", "f32", log_priors)
+}
+
+/// The leading triangle of a packed one of `rank` rows.
+fn leading(root: &[f64], rank: usize) -> Vec<f64> {
+    let mut rest = root;
+    (0..RANK)
+        .flat_map(|column| {
+            let (entries, after) = rest.split_at(rank - column);
+            rest = after;
+            narrowed(&entries[..RANK - column])
+        })
+        .collect()
 }
 
 /// SciPy's envelope (`golden/reference`).

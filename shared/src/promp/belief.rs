@@ -315,7 +315,9 @@ impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
         }
         let predicted = offset + dot(a, parts.mean);
         let residual = value - predicted;
-        let share = (variance * alpha).max(T::of(LEAST_NOISE));
+        let least = T::of(LEAST_NOISE);
+        let share = variance * alpha;
+        let share = if share > least { share } else { least };
         parts.header[RESIDUAL..].copy_from_slice(&[residual * unit, alpha.ln(), share]);
         if !(alpha > T::zero() && evidence::bounded(parts.header)) {
             return Err(ConditionError::Overflow {
@@ -345,9 +347,11 @@ impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
         }
     }
 
+    #[inline(always)]
     fn parts(&mut self) -> Parts<'_, T> {
         let rank = self.rank;
-        let (header, rest) = self.storage.as_mut().split_at_mut(HEADER);
+        let storage = &mut self.storage.as_mut()[..belief_len(rank)];
+        let (header, rest) = storage.split_at_mut(HEADER);
         let (mean, rest) = rest.split_at_mut(rank);
         let (projected, rest) = rest.split_at_mut(rank);
         let (shares, rest) = rest.split_at_mut(rank);
@@ -356,7 +360,7 @@ impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
             mean,
             projected,
             shares,
-            root: &mut rest[..root_len(rank)],
+            root: rest,
         }
     }
 }

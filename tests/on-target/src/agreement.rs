@@ -10,7 +10,7 @@ use tonus_shared::wire::{MAX_FRAME_BYTES, decode};
 
 use crate::vectors::{
     ARMS, BASIS, CURVES, DOFS, ENVELOPE, FRAMES, LOADING, LOG_POSTERIOR, LOG_PRIORS, MEANS, PHASES,
-    RANK, ROOTS, SEEN, SKILLS, VARIANCE,
+    RANK, RESIDUAL, ROOTS, SEEN, SKILLS, VARIANCE,
 };
 
 /// Largest difference of the posterior after a thousand observations, in its own standard deviations.
@@ -38,10 +38,9 @@ fn within(what: &str, worst: f64, bound: f64) {
 #[inline(never)]
 fn posterior() {
     let latent = Latent::new(Basis::gaussian(BASIS).unwrap(), DOFS, RANK, &LOADING).unwrap();
-    let residual = [0.0; DOFS];
     let skills: [_; SKILLS] = core::array::from_fn(|skill| {
         let root = Some(&ROOTS[skill][..]);
-        Skill::new(&latent, &MEANS[skill], root, &residual, LOG_PRIORS[skill]).unwrap()
+        Skill::new(&latent, &MEANS[skill], root, &RESIDUAL, LOG_PRIORS[skill]).unwrap()
     });
     let storage = [0.0; mixture_len(SKILLS, BASIS, RANK)];
     let mut mixture = Mixture::new(latent, &skills, storage).unwrap();
