@@ -4,11 +4,13 @@ mod demos;
 pub mod frames;
 pub mod motion;
 mod program;
+mod roots;
 pub mod wearer;
 pub mod work;
 
 pub use demos::demos;
 pub use program::program;
+pub use roots::{covariance_diagonal, triangle};
 use std::path::PathBuf;
 
 /// The folder with `data` and `reference` beside the project, or what `TONUS_DATA` names.

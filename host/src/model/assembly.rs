@@ -129,17 +129,36 @@ pub(super) fn choose(
 }
 
 /// A square root of a positive semi-definite matrix, row-major: the Cholesky factor, or from the eigenvalues where
-/// some are zero; those that rounding put below zero are zero.
+/// some are zero but for rounding. Largest first, so that the columns of the others, which are zero, come last.
 fn root(covariance: DMatrix<f64>) -> Result<Vec<f64>, LearnError> {
     let symmetric = (&covariance + covariance.transpose()) * 0.5;
+    let rounding = f64::EPSILON * symmetric.nrows() as f64;
     if let Some(factor) = Cholesky::new(symmetric.clone()) {
-        return Ok(factor.unpack().transpose().as_slice().to_vec());
+        let diagonal = factor.l_dirty().diagonal();
+        if diagonal.min().powi(2) > rounding * diagonal.max().powi(2) {
+            return Ok(factor.unpack().transpose().as_slice().to_vec());
+        }
     }
     let eigen = SymmetricEigen::try_new(symmetric, f64::EPSILON, 0)
         .ok_or(LearnError::Numerical("eigenvalue decomposition"))?;
-    let mut vectors = eigen.eigenvectors;
-    for (mut column, value) in vectors.column_iter_mut().zip(eigen.eigenvalues.iter()) {
-        column *= libm::sqrt(value.max(0.0));
-    }
-    Ok(vectors.transpose().as_slice().to_vec())
+    let least = rounding * eigen.eigenvalues.max();
+    let mut columns: Vec<_> = eigen
+        .eigenvalues
+        .iter()
+        .zip(eigen.eigenvectors.column_iter())
+        .collect();
+    columns.sort_by(|one, other| other.0.total_cmp(one.0));
+    let columns = columns.into_iter().map(|(&value, vector)| {
+        let deviation = if value > least {
+            libm::sqrt(value)
+        } else {
+            0.0
+        };
+        vector * deviation
+    });
+    let columns: Vec<_> = columns.collect();
+    Ok(DMatrix::from_columns(&columns)
+        .transpose()
+        .as_slice()
+        .to_vec())
 }

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use tonus_shared::promp::{
     Latent, Mixture, ModelError, Observation, Order, Row, RowError, Skill, Trajectory, mixture_len,
+    root_len, triangular_root,
 };
 
 use super::parts::same;
@@ -11,7 +12,11 @@ use super::{Dof, Durations, Hyperparameters, NotPositive, Parts, PartsError};
 
 /// A learnt model, valid as a whole: what [`super::learn()`] gives and a model file holds.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Model(Parts);
+pub struct Model {
+    parts: Parts,
+    /// `Q x r (r + 1) / 2`: the roots as inference takes them.
+    triangles: Vec<f64>,
+}
 
 impl Model {
     /// Checks every length and number.
@@ -21,14 +26,18 @@ impl Model {
     pub fn assemble(parts: Parts) -> Result<Self, PartsError> {
         parts.check()?;
         let skills = parts.labels.len();
-        let model = Self(parts);
+        let mut model = Self {
+            parts,
+            triangles: Vec::new(),
+        };
         // Lengths of the matrices, and every number in them.
         let widths = model.widths()?;
         let of_skills = |width: usize| skills.saturating_mul(width);
-        let means = model.0.weight_means.len();
+        let means = model.parts.weight_means.len();
         same("the weight means", of_skills(widths.mean), means)?;
-        let roots = model.0.roots.len();
+        let roots = model.parts.roots.len();
         same("the roots", of_skills(widths.root), roots)?;
+        model.triangles = triangles(&model.parts, &widths)?;
         model.view()?.mixture()?;
         Ok(model)
     }
@@ -36,32 +45,32 @@ impl Model {
     /// What it consists of.
     #[must_use]
     pub const fn parts(&self) -> &Parts {
-        &self.0
+        &self.parts
     }
 
     /// The signals.
     #[must_use]
     pub fn dofs(&self) -> &[Dof] {
-        &self.0.dofs
+        &self.parts.dofs
     }
 
     /// Names of the skills, sorted; every index of a skill is into these.
     #[must_use]
     pub fn labels(&self) -> &[String] {
-        &self.0.labels
+        &self.parts.labels
     }
 
     /// Names of the classes, sorted, each once; every index of a class is into these.
     #[must_use]
     pub fn classes(&self) -> Vec<&str> {
-        let all: BTreeSet<&str> = self.0.classes.iter().map(String::as_str).collect();
+        let all: BTreeSet<&str> = self.parts.classes.iter().map(String::as_str).collect();
         all.into_iter().collect()
     }
 
     /// Index of the class that a skill is a component of; `None` for a skill that is none.
     #[must_use]
     pub fn class_of(&self, skill: usize) -> Option<usize> {
-        let class = self.0.classes.get(skill)?;
+        let class = self.parts.classes.get(skill)?;
         self.classes().iter().position(|name| name == class)
     }
 
@@ -69,7 +78,7 @@ impl Model {
     #[must_use]
     pub fn class_log_posterior(&self, skills: &[f64]) -> Vec<f64> {
         let of_class = |class: &str| {
-            let members = self.0.classes.iter().zip(skills);
+            let members = self.parts.classes.iter().zip(skills);
             let members = members.filter(|(name, _)| *name == class);
             let logs: Vec<f64> = members.map(|(_, log)| *log).collect();
             log_sum_exp(&logs)
@@ -81,30 +90,30 @@ impl Model {
     #[must_use]
     pub fn hyperparameters(&self) -> Hyperparameters {
         Hyperparameters {
-            ridge: self.0.ridge,
-            shrinkage: self.0.shrinkage,
-            predictive: self.0.predictive,
-            placement_m: self.0.placement_m,
-            ..Hyperparameters::new(self.0.dofs.clone(), self.0.basis)
+            ridge: self.parts.ridge,
+            shrinkage: self.parts.shrinkage,
+            predictive: self.parts.predictive,
+            placement_m: self.parts.placement_m,
+            ..Hyperparameters::new(self.parts.dofs.clone(), self.parts.basis)
         }
     }
 
     /// How long the demonstrations of each skill took.
     #[must_use]
     pub fn durations(&self) -> &[Durations] {
-        &self.0.durations
+        &self.parts.durations
     }
 
     /// Index of a signal by its name.
     #[must_use]
     pub fn dof(&self, name: &str) -> Option<usize> {
-        self.0.dofs.iter().position(|dof| dof.name == name)
+        self.parts.dofs.iter().position(|dof| dof.name == name)
     }
 
     /// Index of a skill by its name.
     #[must_use]
     pub fn skill(&self, label: &str) -> Option<usize> {
-        self.0.labels.iter().position(|name| name == label)
+        self.parts.labels.iter().position(|name| name == label)
     }
 
     /// A position observed at a phase: `value` and the `std` of its noise in the unit of the signal number `dof`.
@@ -119,7 +128,7 @@ impl Model {
         value: f64,
         std: f64,
     ) -> Option<Result<Observation<f64>, NotPositive>> {
-        let signal = self.0.dofs.get(dof)?;
+        let signal = self.parts.dofs.get(dof)?;
         let encoded = signal.encode(value);
         Some(encoded.and_then(|encoded| {
             Ok(Observation {
@@ -146,8 +155,8 @@ impl Model {
         phase: f64,
         scratch: &mut [f64],
     ) -> Result<(f64, f64), RowError> {
-        let dofs = self.0.dofs.len();
-        let signal = (self.0.dofs.get(dof)).ok_or(RowError::Dof { dof, dofs })?;
+        let dofs = self.parts.dofs.len();
+        let signal = (self.parts.dofs.get(dof)).ok_or(RowError::Dof { dof, dofs })?;
         let moments = trajectory.moments(&Row::position(dof, phase), scratch)?;
         Ok(signal.decode(moments.mean, moments.variance))
     }
@@ -157,11 +166,11 @@ impl Model {
     /// # Errors
     /// None for a model that was assembled; the kernels check again what they borrow.
     pub fn view(&self) -> Result<View<'_>, ModelError> {
-        let parts = &self.0;
+        let parts = &self.parts;
         let latent = Latent::new(parts.basis, parts.dofs.len(), parts.rank, &parts.loading)?;
         let widths = self.widths()?;
         let means = parts.weight_means.chunks_exact(widths.mean);
-        let roots = parts.roots.chunks_exact(widths.root);
+        let roots = self.triangles.chunks_exact(root_len(parts.rank));
         let total: f64 = parts.counts.iter().map(|&count| f64::from(count)).sum();
         let numbers = parts.counts.iter().zip(&parts.freedom);
         let skills = means.zip(roots).zip(numbers);
@@ -180,7 +189,11 @@ impl Model {
 
     /// Lengths of one skill's mean and root.
     fn widths(&self) -> Result<Widths, ModelError> {
-        let (dofs, basis, rank) = (self.0.dofs.len(), self.0.basis.count(), self.0.rank);
+        let (dofs, basis, rank) = (
+            self.parts.dofs.len(),
+            self.parts.basis.count(),
+            self.parts.rank,
+        );
         let too_large = ModelError::TooLarge { dofs, basis, rank };
         let (Some(mean), Some(root)) = (dofs.checked_mul(basis), rank.checked_mul(rank)) else {
             return Err(too_large);
@@ -202,6 +215,18 @@ pub(super) fn log_sum_exp(logs: &[f64]) -> f64 {
     }
     let rest: f64 = logs.iter().map(|log| libm::exp(log - most)).sum();
     most + libm::log(rest)
+}
+
+/// Every skill's root as a packed triangle.
+fn triangles(parts: &Parts, widths: &Widths) -> Result<Vec<f64>, ModelError> {
+    let mut roots = parts.roots.clone();
+    let packed = root_len(parts.rank);
+    let mut triangles = vec![0.0; parts.labels.len() * packed];
+    let each = triangles.chunks_exact_mut(packed);
+    for (root, triangle) in roots.chunks_exact_mut(widths.root).zip(each) {
+        triangular_root(parts.rank, root, triangle)?;
+    }
+    Ok(triangles)
 }
 
 struct Widths {

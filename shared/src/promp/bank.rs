@@ -129,7 +129,7 @@ where
     /// Follows one more hypothesis. `past` is all that the bank has taken since the last reset, in any order: the
     /// newcomer must explain it too. If there is no slot left, the least likely of all (which may be
     /// the newcomer) is dropped and counted. Returns whether the newcomer is followed. Cost: as
-    /// [`Bank::observe`] of one hypothesis for each of `past`, and `r^2` copied if another makes room.
+    /// [`Bank::observe`] of one hypothesis for each of `past`, and a belief copied if another makes room.
     ///
     /// # Errors
     /// A skill that there is not, numbers that are not finite, a duration that is not positive, a past of another
@@ -170,7 +170,7 @@ where
 
     /// Conditions every hypothesis on one observed number, each at its own phase; a velocity outside a hypothesis'
     /// movement is expected to be zero. Then drops those that fell below the floor. Cost for `H` hypotheses
-    /// at phases of their own: `H (K r + K + 3 r^2)` multiply-adds and `H` bases (neighbours at one phase share row
+    /// at phases of their own: `H (K r + K + 3/2 r^2)` multiply-adds and `H` bases (neighbours at one phase share row
     /// and basis).
     ///
     /// # Errors

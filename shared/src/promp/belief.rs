@@ -4,16 +4,21 @@ use core::marker::PhantomData;
 
 use super::error::{ConditionError, ModelError, RowError};
 use super::evidence::{
-    self, COUNT, FREEDOM, HEADER, LOG_LIKELIHOOD, MAHALANOBIS, RESIDUAL, ROOT_FACTOR, SPREAD,
+    self, COUNT, FREEDOM, HEADER, LOG_LIKELIHOOD, MAHALANOBIS, NOISE_SHARE, RESIDUAL, SPREAD,
 };
 use super::latent::Skill;
-use super::linear::{combine, dot, project_out};
+use super::linear::{dot, weighted_dot};
+use super::triangle::{observe, project, root_len};
 use crate::Real;
 
-/// Numbers that a belief of rank `rank` stores: `r^2 + 2 r + 10`.
+/// Least share of the predicted variance that is taken for noise: far below any rounding, and far above what `f32`
+/// divides by without overflow.
+const LEAST_NOISE: f64 = 1e-20;
+
+/// Numbers that a belief of rank `rank` stores: `r (r + 1) / 2 + 3 r + 10`.
 #[must_use]
 pub const fn belief_len(rank: usize) -> usize {
-    rank * rank + 2 * rank + HEADER
+    root_len(rank) + 3 * rank + HEADER
 }
 
 /// What one observation told: how far it lay from the prediction, and how uncertain that was (in the
@@ -27,10 +32,10 @@ pub struct Innovation<T> {
     pub variance: T,
 }
 
-/// A Gaussian over the latent `z`: mean, and square root `S` of the covariance `P = S S^T`, with the
+/// A Gaussian over the latent `z`: mean, and covariance `P = S diag(d) S^T` by a triangle `S` and shares `d`, with the
 /// joint log-likelihood of all that was observed. For a skill with degrees of freedom
 /// ([`Skill::with_freedom`]) the belief is a Student-t: same mean, covariance
-/// [`Belief::inflation`] times `S S^T`.
+/// [`Belief::inflation`] times `P`.
 ///
 /// `B` is storage of at least [`belief_len`] numbers: `[T; N]` on the chip, `Vec<T>` on the host,
 /// `&[T]` where a [`super::Mixture`] lends one of its own.
@@ -46,6 +51,7 @@ pub struct Belief<T, B> {
 pub(super) struct Posterior<'a, T> {
     pub(super) mean: &'a [T],
     pub(super) root: &'a [T],
+    pub(super) shares: &'a [T],
     pub(super) inflation: T,
 }
 
@@ -53,8 +59,9 @@ pub(super) struct Posterior<'a, T> {
 struct Parts<'s, T> {
     header: &'s mut [T],
     mean: &'s mut [T],
-    /// `f = S^T a sqrt(alpha)`, scratch.
+    /// `f = S^T a sqrt(alpha)`, then `P a sqrt(alpha)`: scratch.
     projected: &'s mut [T],
+    shares: &'s mut [T],
     root: &'s mut [T],
 }
 
@@ -97,7 +104,7 @@ impl<T: Real, B: AsRef<[T]>> Belief<T, B> {
         self.storage.as_ref()[MAHALANOBIS]
     }
 
-    /// What the covariance `S S^T` is to be multiplied by: `(nu - 2 + m^2) / (nu - 2 + k)` for a skill of
+    /// What the covariance `P` is to be multiplied by: `(nu - 2 + m^2) / (nu - 2 + k)` for a skill of
     /// `nu` degrees of freedom, one for a Gaussian. [`Trajectory`](super::Trajectory)'s answers carry it.
     #[must_use]
     pub fn inflation(&self) -> T {
@@ -121,6 +128,7 @@ impl<T: Real, B: AsRef<[T]>> Belief<T, B> {
         Posterior {
             mean: self.mean(),
             root: self.root(),
+            shares: self.shares(),
             inflation: self.inflation(),
         }
     }
@@ -131,11 +139,17 @@ impl<T: Real, B: AsRef<[T]>> Belief<T, B> {
         mean_of(self.rank, self.storage.as_ref())
     }
 
-    /// Square root `S` of the covariance of `z` before its [`Belief::inflation`], `r x r` row-major (not
-    /// triangular).
+    /// `S` of the covariance `S diag(d) S^T` of `z` before its [`Belief::inflation`]: a lower triangle, column after column,
+    /// each from its diagonal down ([`root_len`] numbers).
     #[must_use]
     pub fn root(&self) -> &[T] {
         root_of(self.rank, self.storage.as_ref())
+    }
+
+    /// `d` of the covariance `S diag(d) S^T`: `r` numbers above zero and at most one, but for rounding.
+    #[must_use]
+    pub fn shares(&self) -> &[T] {
+        shares_of(self.rank, self.storage.as_ref())
     }
 }
 
@@ -145,9 +159,14 @@ impl<'s, T: Real> Belief<T, &'s [T]> {
         Posterior {
             mean: mean_of(self.rank, self.storage),
             root: root_of(self.rank, self.storage),
+            shares: shares_of(self.rank, self.storage),
             inflation: self.inflation(),
         }
     }
+}
+
+fn shares_of<T>(rank: usize, storage: &[T]) -> &[T] {
+    &storage[HEADER + 2 * rank..HEADER + 3 * rank]
 }
 
 fn mean_of<T>(rank: usize, storage: &[T]) -> &[T] {
@@ -155,7 +174,7 @@ fn mean_of<T>(rank: usize, storage: &[T]) -> &[T] {
 }
 
 fn root_of<T>(rank: usize, storage: &[T]) -> &[T] {
-    &storage[HEADER + 2 * rank..belief_len(rank)]
+    &storage[HEADER + 3 * rank..belief_len(rank)]
 }
 
 impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
@@ -191,11 +210,11 @@ impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
     pub fn reset(&mut self, skill: &Skill<'_, T>) -> Result<(), ModelError> {
         let rank = self.rank;
         if let Some(root) = skill.root()
-            && root.len() != rank * rank
+            && root.len() != root_len(rank)
         {
             return Err(ModelError::Length {
                 what: "the root",
-                expected: rank * rank,
+                expected: root_len(rank),
                 got: root.len(),
             });
         }
@@ -211,22 +230,25 @@ impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
         parts.header[FREEDOM] = skill.freedom().unwrap_or_else(T::zero);
         parts.header[SPREAD] = skill.spread();
         parts.mean.fill(T::zero());
+        parts.shares.fill(T::one());
         match skill.root() {
             Some(root) => parts.root.copy_from_slice(root),
             None => {
                 parts.root.fill(T::zero());
-                for diagonal in parts.root.iter_mut().step_by(rank + 1) {
-                    *diagonal = T::one();
+                let mut diagonal = 0;
+                for column in (1..=rank).rev() {
+                    parts.root[diagonal] = T::one();
+                    diagonal += column;
                 }
             }
         }
     }
 
-    /// Conditions on one scalar (eq. 13-16, for one row, by Potter's square-root update):
+    /// Conditions on one scalar (eq. 13-16, for one row, by Bierman's factored update, 1976):
     ///
     /// ```text
-    /// f = S^T a    alpha = 1 / (f^T f + R)    g = alpha S f
-    /// z += g (y - offset - a^T z)             S -= g f^T / (1 + sqrt(alpha R))
+    /// f = S^T a    alpha = 1 / (sum d_j f_j^2 + R)    g = alpha S diag(d) f
+    /// z += g (y - offset - a^T z)             P -= g g^T / alpha, column by column of S
     /// ll -= (e^2 alpha - ln alpha + ln 2 pi) / 2,   e = y - offset - a^T z
     /// m^2 += e^2 alpha                        ln det -= ln alpha
     /// ```
@@ -236,7 +258,7 @@ impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
     /// ones are whitened first. `a` and `offset` come from [`super::Latent::row`] and
     /// [`Skill::offset`]; `variance` is `R`: sensor noise plus the skill's residual variance.
     ///
-    /// Cost: `3 r^2` multiply-adds, one division, two square roots and a logarithm, after the `K * r`
+    /// Cost: `3/2 r^2` multiply-adds, `r` divisions and a logarithm, after the `K * r`
     /// of the row; no memory beyond the belief's own.
     ///
     /// # Errors
@@ -258,8 +280,8 @@ impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
     /// Everything of [`Belief::condition`] that can fail, into scratch: mean, root and log-likelihood
     /// are untouched until [`Belief::commit`].
     ///
-    /// `f` is kept in units that make its length at most one, `f sqrt(alpha)`, and `e` likewise. By Cauchy
-    /// and Schwarz `S f` then never exceeds the norm of its row of the root, whose square, the
+    /// `f` is kept in units that make its length (under `d`) at most one, `f sqrt(alpha)`, and `e` likewise. By Cauchy
+    /// and Schwarz `P a` then never exceeds the norm of its row of the root, whose square, the
     /// variance of that coordinate, no observation enlarges and was finite when the skill was made; so neither
     /// it nor the new root needs a check, and a bound on the mean is kept by adding up.
     pub(super) fn prepare(
@@ -283,8 +305,9 @@ impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
         }
         check_variance(variance)?;
         let parts = self.parts();
-        combine(parts.root, a, parts.projected);
-        let innovation_variance = dot(parts.projected, parts.projected) + variance;
+        project(parts.root, a, parts.projected);
+        let innovation_variance =
+            weighted_dot(Some(&*parts.shares), parts.projected, parts.projected) + variance;
         let alpha = T::one() / innovation_variance;
         let unit = alpha.sqrt();
         for f in parts.projected.iter_mut() {
@@ -292,8 +315,8 @@ impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
         }
         let predicted = offset + dot(a, parts.mean);
         let residual = value - predicted;
-        let factor = T::one() / (T::one() + unit * variance.sqrt());
-        parts.header[RESIDUAL..].copy_from_slice(&[residual * unit, alpha.ln(), factor]);
+        let share = (variance * alpha).max(T::of(LEAST_NOISE));
+        parts.header[RESIDUAL..].copy_from_slice(&[residual * unit, alpha.ln(), share]);
         if !(alpha > T::zero() && evidence::bounded(parts.header)) {
             return Err(ConditionError::Overflow {
                 value: value.widen(),
@@ -312,11 +335,14 @@ impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
             header,
             mean,
             projected,
+            shares,
             root,
         } = self.parts();
         evidence::accumulate(header);
-        let (residual, factor) = (header[RESIDUAL], header[ROOT_FACTOR]);
-        project_out(root, mean, projected, residual, factor);
+        observe(root, shares, projected, header[NOISE_SHARE]);
+        for (mean, gain) in mean.iter_mut().zip(projected.iter()) {
+            *mean += *gain * header[RESIDUAL];
+        }
     }
 
     fn parts(&mut self) -> Parts<'_, T> {
@@ -324,11 +350,13 @@ impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
         let (header, rest) = self.storage.as_mut().split_at_mut(HEADER);
         let (mean, rest) = rest.split_at_mut(rank);
         let (projected, rest) = rest.split_at_mut(rank);
+        let (shares, rest) = rest.split_at_mut(rank);
         Parts {
             header,
             mean,
             projected,
-            root: &mut rest[..rank * rank],
+            shares,
+            root: &mut rest[..root_len(rank)],
         }
     }
 }

@@ -21,8 +21,8 @@ const REACH: usize = 6;
 pub(super) const RESIDUAL: usize = 7;
 /// ... the logarithm of `alpha`, one over the variance of `e` ...
 const LOG_ALPHA: usize = 8;
-/// ... and `1 / (1 + sqrt(alpha R))`.
-pub(super) const ROOT_FACTOR: usize = 9;
+/// ... and `alpha R`, the noise's share in that variance.
+pub(super) const NOISE_SHARE: usize = 9;
 /// All of them.
 pub(super) const HEADER: usize = 10;
 

@@ -2,8 +2,9 @@
 
 use super::basis::Basis;
 use super::error::{ModelError, RowError};
-use super::linear::{combine, dot};
+use super::linear::combine;
 use super::row::{Order, Row, support, weighted};
+use super::triangle::root_len;
 use crate::Real;
 
 /// Numbers in a loading of `dofs` DoFs, `basis` functions each, and `rank` columns.
@@ -158,8 +159,8 @@ impl<'a, T: Real> Skill<'a, T> {
     /// A view of a skill's parameters over `latent`.
     ///
     /// - `weight_mean`: `mu`, `D * K`, DoF-major, raw units;
-    /// - `root`: `r x r` row-major square root of the latent covariance (any: it need not be
-    ///   triangular), `None` for the identity;
+    /// - `root`: lower triangular square root of the latent covariance, column after column, each from its diagonal
+    ///   down ([`super::triangular_root`] makes it of any square root), `None` for the identity;
     /// - `residual_variance`: `D`, DoF unit squared: what the basis and the loading leave unexplained,
     ///   added to the noise of every *position* observed; zeros if there is none. (The residual's
     ///   velocity is unknown: velocities carry it in their own noise.)
@@ -197,8 +198,8 @@ impl<'a, T: Real> Skill<'a, T> {
         if let Some(root) = root {
             check_finite("the root", root)?;
             skill.spread = T::zero();
-            for (row, line) in root.chunks_exact(latent.rank()).enumerate() {
-                let variance = dot(line, line);
+            for row in 0..latent.rank() {
+                let variance = row_variance(root, latent.rank(), row);
                 if !variance.is_finite() {
                     return Err(ModelError::RootOverflow { row });
                 }
@@ -238,7 +239,7 @@ impl<'a, T: Real> Skill<'a, T> {
             latent.dofs(),
         )?;
         match self.root {
-            Some(root) => check_len("the root", root, latent.rank().saturating_pow(2)),
+            Some(root) => check_len("the root", root, root_len(latent.rank())),
             None => Ok(()),
         }
     }
@@ -249,7 +250,7 @@ impl<'a, T: Real> Skill<'a, T> {
         self.weight_mean
     }
 
-    /// Square root of the latent prior covariance; `None` is the identity.
+    /// Triangular root of the latent prior covariance, packed by columns; `None` is the identity.
     #[must_use]
     pub const fn root(&self) -> Option<&'a [T]> {
         self.root
@@ -305,6 +306,16 @@ impl<'a, T: Real> Skill<'a, T> {
             Order::Velocity { .. } => T::zero(),
         }
     }
+}
+
+/// Variance of one latent coordinate: the sum of squares of the root's row.
+fn row_variance<T: Real>(root: &[T], rank: usize, row: usize) -> T {
+    let mut start = 0;
+    (0..=row).fold(T::zero(), |sum, column| {
+        let entry = root[start + row - column];
+        start += rank - column;
+        sum + entry * entry
+    })
 }
 
 fn check_len<T>(what: &'static str, slice: &[T], expected: usize) -> Result<(), ModelError> {

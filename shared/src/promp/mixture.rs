@@ -86,7 +86,7 @@ impl<'a, T: Real, B: AsRef<[T]> + AsMut<[T]>> Mixture<'a, T, B> {
 
     /// Conditions every skill on one observed number. The row is computed once, the basis once for all
     /// observations that follow each other at one phase: give those of one instant together. Cost for
-    /// `Q` skills: `K r + Q (K + 3 r^2)` multiply-adds and one basis; memory [`mixture_len`].
+    /// `Q` skills: `K r + Q (K + 3/2 r^2)` multiply-adds and one basis; memory [`mixture_len`].
     ///
     /// # Errors
     /// As [`Belief::condition`] and [`Latent::row`]. If any skill refuses, none changes.

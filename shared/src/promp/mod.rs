@@ -13,7 +13,7 @@
 //! | loading `L` | `D*K x r`: the `r` directions in which the demonstrations differ |
 //! | latent `z` | `r` coordinates along the loading: `w = mu + L z` |
 //! | freedom `nu` | degrees of freedom of a Student-t with the skill's mean and covariance; none: Gaussian |
-//! | belief | mean and square root `S` of the covariance `P = S S^T` of `z` after some observations |
+//! | belief | mean, triangle `S` and shares `d` of the covariance `P = S diag(d) S^T` of `z` after some observations |
 //! | row `a` | `L_d^T psi(s)`: how one observed number depends on `z` |
 //!
 //! `N` demonstrations give a weight covariance of rank `r <= N - 1`, far below `D * K`. With
@@ -25,7 +25,7 @@
 //! [`Basis`] -> [`Latent`] and [`Row`] -> [`Skill`] -> [`Belief`] -> [`Trajectory`], [`Mixture`]; [`Bank`] where
 //! duration and onset are not known.
 //! All skills of a [`Mixture`] share one loading, so the row is computed once for all of them; each
-//! has its own mean and its own initial root. [`via_point`], [`Bridge`] and [`Blend`] compose movements.
+//! has its own mean and its own initial root, a triangle ([`triangular_root`] makes one of any other). [`via_point`], [`Bridge`] and [`Blend`] compose movements.
 //!
 //! # Memory
 //!
@@ -36,8 +36,8 @@
 //! | | numbers | bytes |
 //! |---|---|---|
 //! | loading ([`loading_len`]) | `D*K*r` = 10440 | 41760 constant |
-//! | one skill's mean, root, residual | `D*K + r^2 + D` = 1213 | 4852 constant |
-//! | one belief | `r^2 + 2r + 10` = 909 | 3636 RAM |
+//! | one skill's mean, root, residual | `D*K + r (r + 1) / 2 + D` = 807 | 3228 constant |
+//! | one belief | `r (r + 1) / 2 + 3r + 10` = 532 | 2128 RAM |
 //! | row scratch of a mixture | `K + r` = 59 | 236 RAM |
 
 mod bank;
@@ -53,6 +53,7 @@ mod mixture;
 mod novelty;
 mod row;
 mod trajectory;
+mod triangle;
 
 pub use bank::{Bank, BankError, Dropped, bank_len};
 pub use basis::{Basis, Family};
@@ -67,3 +68,4 @@ pub use mixture::{Mixture, Observation, mixture_len};
 pub use novelty::{Known, Novelty, Watch, WatchError, triangle_len, watch_len};
 pub use row::{Order, Quantity, Row};
 pub use trajectory::{Moments, Trajectory, curves_scratch_len, trajectory_scratch_len};
+pub use triangle::{root_len, triangular_root};

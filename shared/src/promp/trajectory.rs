@@ -3,8 +3,9 @@
 use super::belief::{Belief, Posterior};
 use super::error::{ModelError, RowError};
 use super::latent::{Latent, Skill};
-use super::linear::{combine, dot};
+use super::linear::{combine, dot, weighted_dot};
 use super::row::{Order, Row, support, weighted};
+use super::triangle::project;
 use crate::Real;
 
 /// Scratch that [`Trajectory`]'s questions need: `K + 3 r` numbers.
@@ -38,6 +39,8 @@ pub struct Trajectory<'a, T> {
     mean: Option<&'a [T]>,
     /// `None` is the identity.
     root: Option<&'a [T]>,
+    /// Weights of the root's columns; `None` is one.
+    shares: Option<&'a [T]>,
     /// Factor on every covariance, one for a Gaussian.
     inflation: T,
 }
@@ -54,6 +57,7 @@ impl<'a, T: Real> Trajectory<'a, T> {
             skill,
             mean: None,
             root: skill.root(),
+            shares: None,
             inflation: T::one(),
         })
     }
@@ -89,6 +93,7 @@ impl<'a, T: Real> Trajectory<'a, T> {
             skill,
             mean: Some(posterior.mean),
             root: Some(posterior.root),
+            shares: Some(posterior.shares),
             inflation: posterior.inflation,
         }
     }
@@ -98,7 +103,7 @@ impl<'a, T: Real> Trajectory<'a, T> {
         (self.latent.basis().count(), self.latent.rank())
     }
 
-    /// Mean and variance of a row. Cost: `K r + r^2` multiply-adds and the basis. `scratch` is at least
+    /// Mean and variance of a row. Cost: `K r + r^2 / 2` multiply-adds and the basis. `scratch` is at least
     /// [`trajectory_scratch_len`] long.
     ///
     /// # Errors
@@ -106,14 +111,14 @@ impl<'a, T: Real> Trajectory<'a, T> {
     pub fn moments(&self, row: &Row<T>, scratch: &mut [T]) -> Result<Moments<T>, RowError> {
         let [psi, a, f, _] = self.split(scratch)?;
         let mean = self.project(row, psi, a, f)?;
-        let variance = self.inflation * dot(f, f);
+        let variance = self.inflation * weighted_dot(self.shares, f, f);
         row.bounded(mean.is_finite() && variance.is_finite())?;
         Ok(Moments { mean, variance })
     }
 
     /// Mean and variance of every DoF at every one of `phases`, DoF by DoF: `out[d * phases.len() + i]`, as
     /// [`Trajectory::moments`] gives them but for rounding. The basis is evaluated once for each phase
-    /// and the root multiplied once for each DoF: `D K r (r + 1)` multiply-adds, and at most `K (r + 1) + r` more for
+    /// and the root multiplied once for each DoF: `D K r (r + 3) / 2` multiply-adds, and at most `K (r + 1) + r` more for
     /// each number. `scratch` is at least [`curves_scratch_len`] long.
     ///
     /// # Errors
@@ -162,7 +167,7 @@ impl<'a, T: Real> Trajectory<'a, T> {
                 combine(lines, &psi[some.clone()], f);
                 *out = Moments {
                     mean: weighted(basis, order, &psi[some.clone()], &weights[some]),
-                    variance: self.inflation * dot(f, f),
+                    variance: self.inflation * weighted_dot(self.shares, f, f),
                 };
                 let row = Row { dof, order, phase };
                 row.bounded(out.mean.is_finite() && out.variance.is_finite())?;
@@ -181,7 +186,7 @@ impl<'a, T: Real> Trajectory<'a, T> {
             .zip(rooted.chunks_exact_mut(rank));
         for ((line, rooted), weight) in lines.zip(weights) {
             match self.root {
-                Some(root) => combine(root, line, rooted),
+                Some(root) => project(root, line, rooted),
                 None => rooted.copy_from_slice(line),
             }
             if let Some(z) = self.mean {
@@ -191,7 +196,7 @@ impl<'a, T: Real> Trajectory<'a, T> {
     }
 
     /// Covariance between two rows: of two DoFs, two phases, a position and a velocity. In the product
-    /// of the rows' units. Cost: `2 (K r + r^2)` multiply-adds and two bases. `scratch` as for
+    /// of the rows' units. Cost: `2 K r + r^2` multiply-adds and two bases. `scratch` as for
     /// [`Trajectory::moments`].
     ///
     /// # Errors
@@ -205,7 +210,7 @@ impl<'a, T: Real> Trajectory<'a, T> {
         let [psi, a, f, g] = self.split(scratch)?;
         self.project(one, psi, a, f)?;
         self.project(other, psi, a, g)?;
-        let covariance = self.inflation * dot(f, g);
+        let covariance = self.inflation * weighted_dot(self.shares, f, g);
         one.bounded(covariance.is_finite())?;
         Ok(covariance)
     }
@@ -237,7 +242,7 @@ impl<'a, T: Real> Trajectory<'a, T> {
     ) -> Result<T, RowError> {
         self.latent.row(row, psi, a)?;
         match self.root {
-            Some(root) => combine(root, a, f),
+            Some(root) => project(root, a, f),
             None => f.copy_from_slice(a),
         }
         let offset = self.skill.offset(self.latent.basis(), row, psi)?;

@@ -85,7 +85,7 @@ fn the_blocks_move_with_their_hypotheses() {
     assert_eq!(bank.hypotheses(), [of_skill(2, 0.0)]);
     let belief = bank.belief(0).unwrap();
     assert!((belief.mean()[0] - 0.5).abs() < 1e-12);
-    assert!((belief.root()[0].powi(2) - 0.5).abs() < 1e-12);
+    assert!((belief.shares()[0] * belief.root()[0].powi(2) - 0.5).abs() < 1e-12);
     assert!(bank.belief(1).is_none() && bank.trajectory(1).is_none());
     assert!(bank.log_joint(1).is_none() && bank.probability(1).is_none());
     assert!(bank.duration(Some(0)).is_none() && bank.duration(Some(2)).is_some());

@@ -17,6 +17,7 @@ pub(crate) struct Space<T> {
     loading: Vec<T>,
     means: Vec<Vec<T>>,
     roots: Vec<Vec<T>>,
+    triangles: Vec<Vec<T>>,
     residual: Vec<T>,
 }
 
@@ -27,11 +28,16 @@ impl<T: Real> Space<T> {
             let drawn = (0..n).map(|_| rng.random_range(-1.0_f32..1.0));
             drawn.map(|x| T::of(f64::from(x))).collect()
         };
+        let loading = draw(DOFS * BASIS * RANK);
+        let means = (0..skills).map(|_| draw(DOFS * BASIS)).collect();
+        let roots: Vec<Vec<T>> = (0..skills).map(|_| draw(RANK * RANK)).collect();
+        let triangle = |root: &Vec<T>| tonus_tests::triangle(RANK, root);
         Self {
             basis: Basis::gaussian(BASIS).unwrap(),
-            loading: draw(DOFS * BASIS * RANK),
-            means: (0..skills).map(|_| draw(DOFS * BASIS)).collect(),
-            roots: (0..skills).map(|_| draw(RANK * RANK)).collect(),
+            loading,
+            means,
+            triangles: roots.iter().map(triangle).collect(),
+            roots,
             residual: vec![T::of(0.5); DOFS],
         }
     }
@@ -41,7 +47,7 @@ impl<T: Real> Space<T> {
     }
 
     pub(crate) fn skill(&self, index: usize) -> Skill<'_, T> {
-        let root = Some(self.roots[index].as_slice());
+        let root = Some(self.triangles[index].as_slice());
         let mean = &self.means[index];
         Skill::new(&self.latent(), mean, root, &self.residual, T::zero()).unwrap()
     }

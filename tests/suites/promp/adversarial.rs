@@ -70,6 +70,7 @@ fn snapshot<T: Real>(mixture: &Mixture<'_, T, Vec<T>>) -> Vec<u64> {
     for q in 0..mixture.skills().len() {
         let belief = mixture.belief(q).unwrap();
         all.extend(belief.mean().iter().map(|v| v.widen().to_bits()));
+        all.extend(belief.shares().iter().map(|v| v.widen().to_bits()));
         all.extend(belief.root().iter().map(|v| v.widen().to_bits()));
         all.push(belief.log_likelihood().widen().to_bits());
         all.push(belief.inflation().widen().to_bits());
@@ -81,12 +82,7 @@ fn latent_variances<T: Real>(mixture: &Mixture<'_, T, Vec<T>>) -> Vec<f64> {
     (0..mixture.skills().len())
         .flat_map(|q| {
             let belief = mixture.belief(q).unwrap();
-            let square = |line: &[T]| line.iter().map(|v| v.widen() * v.widen()).sum();
-            belief
-                .root()
-                .chunks(belief.rank())
-                .map(square)
-                .collect::<Vec<f64>>()
+            tonus_tests::covariance_diagonal(belief.shares(), belief.root())
         })
         .collect()
 }
@@ -124,9 +120,10 @@ fn throw<T: Real>(
     let (loading, rest) = numbers.split_at(weights * shape.rank);
     let (means, rest) = rest.split_at(2 * weights);
     let (root, residual) = rest.split_at(shape.rank * shape.rank);
+    let root = tonus_tests::triangle(shape.rank, root);
     let residual: Vec<T> = residual.iter().map(|v| v.abs()).collect();
     let latent = Latent::new(shape.basis, shape.dofs, shape.rank, loading).unwrap();
-    let other = Skill::new(&latent, &means[weights..], Some(root), &residual, T::one()).unwrap();
+    let other = Skill::new(&latent, &means[weights..], Some(&root), &residual, T::one()).unwrap();
     let skills = [
         Skill::new(&latent, &means[..weights], None, &residual, T::zero()).unwrap(),
         shape

@@ -19,6 +19,7 @@ pub(crate) struct Problem {
     loading: Vec<f64>,
     mean: Vec<f64>,
     root: Vec<f64>,
+    triangle: Vec<f64>,
     residual: [f64; DOFS],
     pub(crate) observations: Vec<Observation<f64>>,
 }
@@ -50,6 +51,7 @@ impl Problem {
             basis,
             loading,
             mean,
+            triangle: tonus_tests::triangle(RANK, &root),
             root,
             residual: [0.0, 0.02, 0.0],
             observations,
@@ -64,7 +66,7 @@ impl Problem {
         Skill::new(
             &self.latent(),
             &self.mean,
-            Some(&self.root),
+            Some(&self.triangle),
             &self.residual,
             0.0,
         )

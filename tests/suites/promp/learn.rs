@@ -104,8 +104,14 @@ impl<T: Real> Model<T> {
             .iter()
             .zip(&self.roots)
             .map(|(mean, root)| {
-                let root = root.as_deref();
-                Skill::new(&self.latent(), mean, root, &self.residual, log_prior).unwrap()
+                Skill::new(
+                    &self.latent(),
+                    mean,
+                    root.as_deref(),
+                    &self.residual,
+                    log_prior,
+                )
+                .unwrap()
             })
             .collect()
     }
@@ -155,7 +161,7 @@ impl Model<f64> {
             let mut root = DMatrix::zeros(rank, rank);
             root.columns_mut(0, rows.len())
                 .copy_from(&(coordinates.select_rows(&rows).transpose() / scale));
-            Some(row_major(&root))
+            Some(tonus_tests::triangle(rank, &row_major(&root)))
         });
         Self {
             dofs: demos.dofs.len(),
