@@ -19,5 +19,6 @@ pub mod afe;
 pub mod ble;
 pub mod imu;
 pub mod outbox;
+pub mod recognition;
 pub mod signal_path;
 pub mod storage;

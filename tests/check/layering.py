@@ -39,9 +39,13 @@ ROOMS = {
         "stiffness": {"real"},
         "promp": {"real"},
         "onset": {"real"},
+        # A model as bytes: it says with what detector its movements begin.
+        "image": {"promp", "onset"},
         # The warning bits of a channel are a packet's field; nothing else of the signal reaches the wire.
         "wire": {"real", "sample", "semg::quality"},
         "pipeline": {"real", "sample", "semg", "stiffness", "wire"},
+        # Packets and hand positions in, inference packets out.
+        "recognition": {"image", "onset", "promp", "wire"},
     }),
     "firmware/src": ("tonus_firmware", {
         "lib": ANY,
@@ -53,6 +57,8 @@ ROOMS = {
         "storage": set(),
         "ble": {"outbox"},
         "signal_path": {"acquisition", "outbox"},
+        # The flash must hold the largest model.
+        "recognition": {"storage"},
         "board": set(),
         "front_end": {"acquisition", "board"},
         "radio": {"board"},
@@ -94,6 +100,7 @@ FORBIDDEN_PATHS = [
     ("firmware/src/outbox.rs", ["std", "embassy_nrf", "nrf_sdc", "nrf_mpsl"], "the library part of the firmware is portable"),
     ("firmware/src/storage.rs", ["std", "embassy_nrf", "nrf_sdc", "nrf_mpsl"], "the library part of the firmware is portable"),
     ("firmware/src/storage", ["std", "embassy_nrf", "nrf_sdc", "nrf_mpsl"], "the library part of the firmware is portable"),
+    ("firmware/src/recognition.rs", ["std", "embassy_nrf", "nrf_sdc", "nrf_mpsl"], "the library part of the firmware is portable"),
     ("firmware/src/signal_path.rs", ["std", "embassy_nrf", "nrf_sdc", "nrf_mpsl"], "the library part of the firmware is portable"),
 ]
 

@@ -6,6 +6,7 @@ mod demo;
 mod envelope;
 mod eval;
 mod experiment;
+mod export;
 mod infer;
 mod info;
 mod options;
@@ -47,6 +48,7 @@ enum Verb {
     Envelope(envelope::EnvelopeArgs),
     Eval(eval::EvalArgs),
     Experiment(experiment::ExperimentArgs),
+    Export(export::ExportArgs),
     Infer(infer::InferArgs),
     Info(info::InfoArgs),
     Train(train::TrainArgs),
@@ -82,6 +84,7 @@ fn run(Tonus { json, demo, verb }: Tonus) -> anyhow::Result<()> {
         Verb::Envelope(args) => args.run(json),
         Verb::Eval(args) => args.run(json),
         Verb::Experiment(args) => args.run(json),
+        Verb::Export(args) => args.run(json),
         Verb::Infer(args) => args.run(json),
         Verb::Info(args) => args.run(json),
         Verb::Train(args) => args.run(json),
