@@ -28,6 +28,7 @@ pub mod ble;
 pub mod imu;
 pub mod inbox;
 pub mod outbox;
+pub mod recognition;
 pub mod requests;
 pub mod signal_path;
 pub mod storage;

@@ -6,15 +6,17 @@
 //! for `f32` (chip) and `f64` (host). Data flows one way through its rooms:
 //!
 //! ```text
-//! sample -> semg -> stiffness -> pipeline -> wire        promp (model, conditioning, recognition)
+//! sample -> semg -> stiffness -> pipeline -> wire        promp (model, conditioning) -> image -> recognition
 //! ```
 #![no_std]
 
 pub mod gatt;
+pub mod image;
 pub mod onset;
 pub mod pipeline;
 pub mod promp;
 mod real;
+pub mod recognition;
 pub mod sample;
 pub mod semg;
 pub mod stiffness;

@@ -43,9 +43,13 @@ ROOMS = {
         "stiffness": {"real"},
         "promp": {"real"},
         "onset": {"real"},
+        # A model as bytes: it says with what detector its movements begin.
+        "image": {"promp", "onset"},
         # The warning bits of a channel are a packet's field; nothing else of the signal reaches the wire.
         "wire": {"real", "sample", "semg::quality"},
         "pipeline": {"real", "sample", "semg", "stiffness", "wire"},
+        # Packets and hand positions in, inference packets out.
+        "recognition": {"image", "onset", "promp", "wire"},
     }),
     "firmware/src": ("tonus_firmware", {
         "lib": ANY,
@@ -60,6 +64,8 @@ ROOMS = {
         "signal_path": {"acquisition", "outbox"},
         "requests": {"outbox", "signal_path"},
         "wired": {"inbox", "outbox"},
+        # The flash must hold the largest model.
+        "recognition": {"storage"},
         "board": set(),
         "front_end": {"acquisition", "board"},
         # The two transports; an image has one.
@@ -103,6 +109,7 @@ FORBIDDEN_PATHS = [
     ("firmware/src/outbox.rs", ["std", "embassy_nrf", "nrf_sdc", "nrf_mpsl"], "the library part of the firmware is portable"),
     ("firmware/src/storage.rs", ["std", "embassy_nrf", "nrf_sdc", "nrf_mpsl"], "the library part of the firmware is portable"),
     ("firmware/src/storage", ["std", "embassy_nrf", "nrf_sdc", "nrf_mpsl"], "the library part of the firmware is portable"),
+    ("firmware/src/recognition.rs", ["std", "embassy_nrf", "nrf_sdc", "nrf_mpsl"], "the library part of the firmware is portable"),
     ("firmware/src/signal_path.rs", ["std", "embassy_nrf", "nrf_sdc", "nrf_mpsl"], "the library part of the firmware is portable"),
 ]
 

@@ -6,6 +6,7 @@ mod demo;
 mod envelope;
 mod eval;
 mod experiment;
+mod export;
 mod infer;
 mod info;
 mod listen;
@@ -48,6 +49,7 @@ enum Verb {
     Envelope(envelope::EnvelopeArgs),
     Eval(eval::EvalArgs),
     Experiment(experiment::ExperimentArgs),
+    Export(export::ExportArgs),
     Infer(infer::InferArgs),
     Info(info::InfoArgs),
     Listen(listen::ListenArgs),
@@ -84,6 +86,7 @@ fn run(Tonus { json, demo, verb }: Tonus) -> anyhow::Result<()> {
         Verb::Envelope(args) => args.run(json),
         Verb::Eval(args) => args.run(json),
         Verb::Experiment(args) => args.run(json),
+        Verb::Export(args) => args.run(json),
         Verb::Infer(args) => args.run(json),
         Verb::Info(args) => args.run(json),
         Verb::Listen(args) => args.run(json),

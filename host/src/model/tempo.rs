@@ -14,13 +14,13 @@ mod grid;
 mod interval;
 
 use tonus_shared::promp::{
-    Bank, Hypothesis, Observation, Observed, Quantity, Row, bank_len, trajectory_scratch_len,
+    Bank, Grid, Hypothesis, Observation, Observed, Quantity, Row, bank_len, trajectory_scratch_len,
 };
 
 use super::recognise::{Prediction, RecogniseError};
 use super::{Durations, Model, View};
 pub use config::{TempoConfig, TempoError};
-use grid::{Grid, LogNormal};
+pub(super) use grid::LogNormal;
 pub use interval::Interval;
 use interval::{Cell, credible};
 
@@ -98,8 +98,8 @@ impl<'m> TempoRecogniser<'m> {
         let expected_s = onset_s - self.config.onset_late_s;
         let onsets = Grid::new(self.config.onsets);
         for (skill, durations) in self.durations.iter().enumerate() {
-            for (tempo, tempo_log_prior) in Grid::new(self.config.durations).points() {
-                for (late, onset_log_prior) in onsets.points() {
+            for (tempo, tempo_log_prior) in Grid::new(self.config.durations).points::<f64>() {
+                for (late, onset_log_prior) in onsets.points::<f64>() {
                     let hypothesis = Hypothesis {
                         skill,
                         duration_s: durations.at(tempo),
@@ -202,7 +202,7 @@ impl<'m> TempoRecogniser<'m> {
     /// seconds; `None` at rest. A hypothesis stands for its cell of the grid.
     #[must_use]
     pub fn duration(&self, probability: f64) -> Option<Interval> {
-        let half = 0.5 * Grid::new(self.config.durations).step();
+        let half = 0.5 * Grid::new(self.config.durations).step::<f64>();
         let cell = |h: &Hypothesis<f64>| {
             let width = (half * self.durations[h.skill].log_std).exp();
             (h.duration_s / width, h.duration_s * width)
@@ -213,7 +213,7 @@ impl<'m> TempoRecogniser<'m> {
     /// As [`TempoRecogniser::duration`], of the onset.
     #[must_use]
     pub fn onset(&self, probability: f64) -> Option<Interval> {
-        let half_s = 0.5 * Grid::new(self.config.onsets).step() * self.config.onset_std_s;
+        let half_s = 0.5 * Grid::new(self.config.onsets).step::<f64>() * self.config.onset_std_s;
         self.credible(probability, |h| (h.onset_s - half_s, h.onset_s + half_s))
     }
 

@@ -24,7 +24,7 @@ pub const fn bank_len(hypotheses: usize, basis: usize, rank: usize) -> usize {
 /// Hypotheses that are no longer followed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Dropped {
-    /// The least likely when there was no room.
+    /// The least likely when there was no room, or no time.
     pub full: u32,
     /// Those that fell too far behind the best.
     pub floor: u32,
@@ -195,6 +195,23 @@ where
         self.seen += 1;
         self.prune();
         Ok(())
+    }
+
+    /// Keeps the `most` likely hypotheses (one at least) and drops and counts the others: for who has no time to follow
+    /// all of them. They keep their order.
+    pub fn keep(&mut self, most: usize) {
+        while self.live > most.max(1) {
+            let Some((least, _)) = self.least() else {
+                return;
+            };
+            self.dropped.full = self.dropped.full.saturating_add(1);
+            let length = belief_len(self.latent.rank());
+            self.slots.as_mut()[least..].rotate_left(1);
+            let end = self.live * length;
+            let (_, blocks, _) = self.split();
+            blocks.copy_within((least + 1) * length..end, least * length);
+            self.live -= 1;
+        }
     }
 
     /// The hypotheses followed, in the order in which they came; every index of a hypothesis is into these, until

@@ -46,6 +46,7 @@ mod belief;
 mod compose;
 mod error;
 mod evidence;
+mod grid;
 mod hypothesis;
 mod latent;
 mod linear;
@@ -62,6 +63,7 @@ pub use compose::{
     Active, Blend, Bridge, ComposeError, Signal, State, blend_len, hand_over, via_len, via_point,
 };
 pub use error::{BasisError, ConditionError, ModelError, RowError};
+pub use grid::Grid;
 pub use hypothesis::{Hypothesis, Observed};
 pub use latent::{Latent, Skill, loading_len};
 pub use mixture::{Mixture, Observation, mixture_len};

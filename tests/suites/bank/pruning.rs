@@ -113,6 +113,27 @@ fn without_room_the_least_likely_goes() {
 }
 
 #[test]
+fn without_time_the_least_likely_go() {
+    let mut bank = bank(3, None);
+    for (skill, log_prior) in [(0, -1.0), (1, -3.0), (2, -2.0)] {
+        bank.add(of_skill(skill, log_prior), &[]).unwrap();
+    }
+    bank.keep(3);
+    assert_eq!(bank.dropped(), Dropped { full: 0, floor: 0 });
+    // With y = 2 the log joints are -1 - 1, -3 - 1/4, -2, up to what is common: the second goes, then the first.
+    bank.observe(&seen(2.0)).unwrap();
+    bank.keep(2);
+    assert_eq!(bank.hypotheses(), [of_skill(0, -1.0), of_skill(2, -2.0)]);
+    // Blocks move with them: the mean of skill 2 has stayed, that of skill 0 moved by half of 2.
+    assert!((bank.belief(0).unwrap().mean()[0] - 1.0).abs() < 1e-12);
+    assert!(bank.belief(1).unwrap().mean()[0].abs() < 1e-12);
+    bank.observe(&seen(2.0)).unwrap();
+    bank.keep(0);
+    assert_eq!(bank.hypotheses(), [of_skill(2, -2.0)]);
+    assert_eq!(bank.dropped(), Dropped { full: 2, floor: 0 });
+}
+
+#[test]
 fn what_cannot_be_is_refused_by_name() {
     let mut bank = bank(2, None);
     let fine = of_skill(0, 0.0);
