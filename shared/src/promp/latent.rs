@@ -142,7 +142,7 @@ impl<'a, T: Real> Latent<'a, T> {
         // Zero, unless a number is not finite.
         let nothing = a
             .iter()
-            .fold(T::zero(), |sum, value| sum + (*value - *value));
+            .fold(T::zero(), |sum, value| sum + *value * T::zero());
         row.bounded(nothing.is_zero())
     }
 }

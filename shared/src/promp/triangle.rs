@@ -229,16 +229,14 @@ fn observe_block<T: Real, const M: usize>(
     let steps = steps(near, shares, alpha);
     let columns = split_mut::<T, M>(block, rows);
     let (far, _) = far.as_chunks_mut::<ABREAST>();
-    let mut m = 0;
     let mut e = [T::zero(); M];
     let (mut corners, mut tails): ([&mut [T]; M], [&mut [Four<T>]; M]) = (
         core::array::from_fn(|_| &mut [][..]),
         core::array::from_fn(|_| &mut [][..]),
     );
-    for column in columns {
+    for (m, column) in columns.into_iter().enumerate() {
         let (corner, tail) = column.split_at_mut(M - m);
         (corners[m], tails[m]) = (corner, &mut tail.as_chunks_mut().0[..far.len()]);
-        m += 1;
     }
     for m in (0..M).rev() {
         // The diagonal stays: nothing of `e` is in its row yet.
