@@ -134,7 +134,7 @@ impl<const C: usize> Pipeline<C> {
     /// Takes one scan; afterwards [`Self::next_frame`] gives what is due.
     ///
     /// **Budget.** One sampling period: 500 us at 2 kHz, 32,000 cycles of a Cortex-M4F at 64 MHz. Instructions
-    /// counted under QEMU for that core, four channels: 600 per channel and scan (900 when a quality block ends); a
+    /// counted under QEMU for that core, four channels with a notch: 310 per channel and scan, quality blocks' ends included; a
     /// tick adds one posture and one Cartesian stiffness, 22,000 at `opt-level` 3 and 48,000 at "s", so that
     /// the caller must buffer at least four scans at 2 kHz. That makes 7 or 10 million instructions a
     /// second in all. Cycles and time are unmeasured on a board. Run it below the priority of every hardware

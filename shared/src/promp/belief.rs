@@ -315,8 +315,7 @@ impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
         }
         let predicted = offset + dot(a, parts.mean);
         let residual = value - predicted;
-        let least = T::of(LEAST_NOISE);
-        let share = variance * alpha;
+        let (share, least) = (variance * alpha, T::of(LEAST_NOISE));
         let share = if share > least { share } else { least };
         parts.header[RESIDUAL..].copy_from_slice(&[residual * unit, alpha.ln(), share]);
         if !(alpha > T::zero() && evidence::bounded(parts.header)) {
@@ -342,16 +341,15 @@ impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
         } = self.parts();
         evidence::accumulate(header);
         observe(root, shares, projected, header[NOISE_SHARE]);
+        let residual = header[RESIDUAL];
         for (mean, gain) in mean.iter_mut().zip(projected.iter()) {
-            *mean += *gain * header[RESIDUAL];
+            *mean += *gain * residual;
         }
     }
 
-    #[inline(always)]
     fn parts(&mut self) -> Parts<'_, T> {
         let rank = self.rank;
-        let storage = &mut self.storage.as_mut()[..belief_len(rank)];
-        let (header, rest) = storage.split_at_mut(HEADER);
+        let (header, rest) = self.storage.as_mut().split_at_mut(HEADER);
         let (mean, rest) = rest.split_at_mut(rank);
         let (projected, rest) = rest.split_at_mut(rank);
         let (shares, rest) = rest.split_at_mut(rank);
@@ -360,7 +358,7 @@ impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
             mean,
             projected,
             shares,
-            root: rest,
+            root: &mut rest[..root_len(rank)],
         }
     }
 }

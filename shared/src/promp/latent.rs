@@ -139,7 +139,11 @@ impl<'a, T: Real> Latent<'a, T> {
         let some = support(psi);
         let lines = &loading[some.start * self.rank..some.end * self.rank];
         combine(lines, &psi[some], a);
-        row.bounded(a.iter().all(|value| value.is_finite()))
+        // Zero, unless a number is not finite.
+        let nothing = a
+            .iter()
+            .fold(T::zero(), |sum, value| sum + *value * T::zero());
+        row.bounded(nothing.is_zero())
     }
 }
 

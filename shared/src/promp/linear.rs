@@ -26,15 +26,8 @@ pub(super) fn dot<T: Real>(a: &[T], b: &[T]) -> T {
 pub(super) fn weighted_dot<T: Real>(weights: Option<&[T]>, x: &[T], y: &[T]) -> T {
     match weights {
         Some(weights) => {
-            let ((xs, x_rest), (ys, y_rest)) = (x.as_chunks::<ABREAST>(), y.as_chunks());
-            let (fours, rest) = weights.as_chunks::<ABREAST>();
-            let mut sums = [T::zero(); ABREAST];
-            for (weights, (x, y)) in fours.iter().zip(xs.iter().zip(ys)) {
-                let weighted = core::array::from_fn(|i| weights[i] * x[i]);
-                add_product(&mut sums, &weighted, y);
-            }
-            let rest = rest.iter().zip(x_rest.iter().zip(y_rest));
-            total(&sums) + rest.fold(T::zero(), |sum, (weight, (x, y))| sum + *x * *weight * *y)
+            let pairs = x.iter().zip(y).zip(weights);
+            pairs.fold(T::zero(), |sum, ((x, y), weight)| sum + *x * *weight * *y)
         }
         None => dot(x, y),
     }

@@ -3,7 +3,6 @@
 use super::biquad::{Cascade, CascadeState};
 use super::design::{self, DesignError};
 use crate::Real;
-use crate::real::not_negative;
 
 /// Longest window, samples: 256 ms at 2 kHz. One channel's ring takes 2 kB in `f32`.
 pub const WINDOW_CAPACITY: usize = 512;
@@ -201,7 +200,11 @@ impl<T: Real> Design<T> {
             Self::Rms { samples } => {
                 let mean_square = state.window.step(*samples, conditioned * conditioned);
                 // After a burst the running sum may undershoot zero by its rounding.
-                not_negative(mean_square).sqrt()
+                if mean_square < T::zero() {
+                    T::zero()
+                } else {
+                    mean_square.sqrt()
+                }
             }
         }
     }
