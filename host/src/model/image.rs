@@ -102,7 +102,7 @@ impl Export {
     /// [`ExportError`] names the field that does not fit.
     pub fn image(&self, model: &Model) -> Result<Exported, ExportError> {
         let roles = self.roles(model)?;
-        let chosen: Vec<usize> = roles.iter().map(|(dof, _)| *dof).collect();
+        let chosen: Vec<usize> = roles.keys().copied().collect();
         let (basis, capacity) = (model.parts().basis, &self.capacity);
         let fits = |what, most, got| {
             if got > most {

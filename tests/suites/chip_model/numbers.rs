@@ -78,6 +78,37 @@ fn noise_std(dof: usize) -> f64 {
     if dof < 3 { 0.0015 } else { 0.05 }
 }
 
+/// One noisy number of a movement: exactly what the chip is given, in both.
+fn seen(
+    view: &View<'_>,
+    (skill, z): (usize, &[f64]),
+    index: usize,
+    rng: &mut ChaCha8Rng,
+) -> (Observed<f32>, Observed<f64>) {
+    let dof = index % 6;
+    let time_s = ((index / 6) as f32) * 0.012;
+    let phase = (f64::from(time_s) / DURATION_S).min(1.0);
+    let value =
+        (value(view, skill, z, &Row::position(dof, phase)) + noise_std(dof) * normal(rng)) as f32;
+    let variance = (noise_std(dof) * noise_std(dof)) as f32;
+    let quantity = Quantity::Position;
+    let on_chip = Observed {
+        dof,
+        quantity,
+        time_s,
+        value,
+        variance,
+    };
+    let on_host = Observed {
+        dof,
+        quantity,
+        time_s: f64::from(time_s),
+        value: f64::from(value),
+        variance: f64::from(variance),
+    };
+    (on_chip, on_host)
+}
+
 #[test]
 fn a_thousand_observations_on_the_chip_are_the_host_s() {
     let exported = export(16).image(&MODEL).unwrap();
@@ -96,30 +127,9 @@ fn a_thousand_observations_on_the_chip_are_the_host_s() {
         let mut chip = bank(image.latent(), image.skills());
         let mut host = bank(view.latent, &view.skills);
         for index in 0..1000 {
-            let dof = index % 6;
-            // Exactly what the chip is given, in both.
-            let time_s = ((index / 6) as f32) * 0.012;
-            let phase = (f64::from(time_s) / DURATION_S).min(1.0);
-            let value = (value(&view, skill, &z, &Row::position(dof, phase))
-                + noise_std(dof) * normal(&mut rng)) as f32;
-            let variance = (noise_std(dof) * noise_std(dof)) as f32;
-            let quantity = Quantity::Position;
-            chip.observe(&Observed {
-                dof,
-                quantity,
-                time_s,
-                value,
-                variance,
-            })
-            .unwrap();
-            host.observe(&Observed {
-                dof,
-                quantity,
-                time_s: f64::from(time_s),
-                value: f64::from(value),
-                variance: f64::from(variance),
-            })
-            .unwrap();
+            let (on_chip, on_host) = seen(&view, (skill, &z), index, &mut rng);
+            chip.observe(&on_chip).unwrap();
+            host.observe(&on_host).unwrap();
         }
         let mut on_chip = [0.0_f32; 3];
         let mut on_host = [0.0_f64; 3];
