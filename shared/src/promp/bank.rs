@@ -299,9 +299,19 @@ where
 
     /// Drops what is too far behind the best; the others keep their order.
     fn prune(&mut self) {
-        let (Some(floor), Some(largest)) = (self.floor, self.largest(None)) else {
+        let extremes = |so_far: Option<(T, T)>, joint: T| {
+            let (least, largest) = so_far.unwrap_or((joint, joint));
+            Some((least.min(joint), largest.max(joint)))
+        };
+        let (Some(floor), Some((least, largest))) =
+            (self.floor, self.log_joints().fold(None, extremes))
+        else {
             return;
         };
+        // Mostly none is, and nothing has to be looked at twice.
+        if least >= largest - floor {
+            return;
+        }
         let length = belief_len(self.latent.rank());
         let mut kept = 0;
         for index in 0..self.live {
