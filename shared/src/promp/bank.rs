@@ -299,9 +299,12 @@ where
 
     /// Drops what is too far behind the best; the others keep their order.
     fn prune(&mut self) {
+        // Compared by hand: the chip has no instruction for the lesser of two.
         let extremes = |so_far: Option<(T, T)>, joint: T| {
             let (least, largest) = so_far.unwrap_or((joint, joint));
-            Some((least.min(joint), largest.max(joint)))
+            let lesser = if joint < least { joint } else { least };
+            let greater = if joint > largest { joint } else { largest };
+            Some((lesser, greater))
         };
         let (Some(floor), Some((least, largest))) =
             (self.floor, self.log_joints().fold(None, extremes))
