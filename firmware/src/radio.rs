@@ -64,7 +64,7 @@ pub(crate) fn show(boot_id: u32, calibration: &Calibration) {
 pub(crate) async fn start(
     parts: Transport,
     spawner: Spawner,
-    boxes: (&'static Outbox, &'static Inbox),
+    (outbox, inbox): (&'static Outbox, &'static Inbox),
 ) -> Result<(), StartError> {
     let Transport {
         mpsl,
@@ -80,7 +80,7 @@ pub(crate) async fn start(
         defmt::error!("the crystal oscillator cannot be held: scan times drift");
     }
     spawner.spawn(drive(mpsl, crystal.ok()).map_err(StartError::Task)?);
-    spawner.spawn(serve(controller, address, boxes).map_err(StartError::Task)?);
+    spawner.spawn(serve(controller, address, outbox, inbox).map_err(StartError::Task)?);
     spawner.spawn(open_window(button).map_err(StartError::Task)?);
     Ok(())
 }
@@ -95,7 +95,8 @@ async fn drive(mpsl: &'static MultiprotocolServiceLayer<'static>, _crystal: Opti
 async fn serve(
     controller: SoftdeviceController<'static>,
     address: Address,
-    (outbox, inbox): (&'static Outbox, &'static Inbox),
+    outbox: &'static Outbox,
+    inbox: &'static Inbox,
 ) {
     let ports = Ports {
         outbox,

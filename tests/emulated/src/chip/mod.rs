@@ -150,7 +150,7 @@ impl Common {
 
     fn event(&self, offset: u32) -> Option<u32> {
         let number = (offset.checked_sub(0x100)?) / 4;
-        (offset % 4 == 0 && number < 32 && self.known >> number & 1 == 1).then_some(number)
+        (offset.is_multiple_of(4) && number < 32 && self.known >> number & 1 == 1).then_some(number)
     }
 
     /// A load from one of these registers.

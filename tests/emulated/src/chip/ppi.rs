@@ -30,7 +30,7 @@ impl Ppi {
     fn register(&mut self, offset: u32) -> Option<&mut u32> {
         let offset = offset as usize;
         match offset {
-            0x510..0x5B0 if offset % 8 == 0 => self.event.get_mut((offset - 0x510) / 8),
+            0x510..0x5B0 if offset.is_multiple_of(8) => self.event.get_mut((offset - 0x510) / 8),
             0x510..0x5B0 => self.task.get_mut((offset - 0x514) / 8),
             0x800..0x818 => self.group.get_mut((offset - 0x800) / 4),
             0x910..0x960 => self.fork.get_mut((offset - 0x910) / 4),
@@ -57,7 +57,7 @@ impl Peripheral for Ppi {
         match offset {
             0x000..0x030 => {
                 let channels = *self.group.get(offset as usize / 8)?;
-                if offset % 8 == 0 {
+                if offset.is_multiple_of(8) {
                     self.enabled |= channels;
                 } else {
                     self.enabled &= !channels;

@@ -45,7 +45,7 @@ impl Rtc {
 
     fn count(&self, now: u64) -> u64 {
         self.zero.map_or(self.held, |zero| {
-            (cycles_to_slow(now) - zero) / self.step() & MASK
+            ((cycles_to_slow(now) - zero) / self.step()) & MASK
         })
     }
 

@@ -229,7 +229,7 @@ impl Ads129x {
                 // A square wave of fCLK / 2^21, 0.98 Hz.
                 let half = self.rate_hz() * (1 << 20) / 2_048_000;
                 let size = TEST_COUNTS << (self.registers[CONFIG2] >> 2 & 1);
-                if number / half.max(1) % 2 == 0 {
+                if (number / half.max(1)).is_multiple_of(2) {
                     size
                 } else {
                     -size

@@ -137,7 +137,7 @@ fn a_processor_that_is_too_slow_for_a_second_loses_scans_and_says_so() {
             Packet::Status(status) => Some((status.overruns, status.missed_scans)),
             _ => None,
         })
-        .last()
+        .next_back()
         .unwrap();
     assert!(overruns.0 > 100 && overruns.0 == overruns.1, "{overruns:?}");
     let flagged = sent

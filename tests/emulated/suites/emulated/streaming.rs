@@ -40,8 +40,8 @@ fn computed(machine: &Machine, boot_id: u32) -> Vec<Frame> {
     for (number, buffer) in (1_u64..).zip(counts.chunks_exact(BUFFER_SCANS)) {
         let seen_us = number * BUFFER_SCANS as u64 * 1_000_000 / u64::from(RATE_HZ);
         let block = clock.buffer_full(seen_us);
-        path.buffer_full(block, PERIOD_US, buffer.try_into().unwrap(), &outbox)
-            .unwrap();
+        let buffer: &[[i16; 1]; BUFFER_SCANS] = buffer.try_into().unwrap();
+        path.buffer_full(block, PERIOD_US, buffer, &outbox).unwrap();
         while poll_once(async { frames.push(decode(&outbox.take().await).unwrap()) }).is_ready() {}
     }
     frames
