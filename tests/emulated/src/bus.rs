@@ -5,7 +5,7 @@ use crate::chip::{
     clock::{self, Clock},
     gpio::{self, Gpio},
     gpiote::{self, Gpiote},
-    information::{FACTORY, Factory, TEMPERATURE, Temperature, USER, User},
+    information::{FACTORY, Information, TEMPERATURE, USER},
     nvmc::{self, Nvmc},
     ppi::{self, Ppi},
     rng::{self, Rng},
@@ -44,6 +44,8 @@ pub struct Bus {
     gpio: Gpio,
     gpiote: Gpiote,
     uarte: Uarte,
+    clock: Clock,
+    watchdog: Watchdog,
     /// Address, interrupt, model.
     others: Vec<(u32, u32, Box<dyn Peripheral>)>,
     /// What is outside.
@@ -51,29 +53,29 @@ pub struct Bus {
     /// What the last access or deadline led to; the machine takes it.
     pub effects: Effects,
     next: Option<u64>,
+    /// How often the chip has started again.
+    resets: u64,
 }
 
 impl Bus {
-    /// As after a reset for `reset`, or after power came.
+    /// As after power came.
     #[must_use]
-    pub fn new(world: World, reset: Option<Reset>) -> Self {
-        // PS 5.3.7.13: DOG is bit 1, SREQ bit 2.
-        let reasons = match reset {
-            None => 0,
-            Some(Reset::Watchdog) => 2,
-            Some(Reset::Software) => 4,
-        };
+    pub fn new(world: World) -> Self {
+        Self::started(world, 0)
+    }
+
+    fn started(world: World, resets: u64) -> Self {
+        // Noise is other noise after a reset.
+        let noise = world.seed.wrapping_add(resets << 32);
         let mut others: Vec<(u32, u32, Box<dyn Peripheral>)> = vec![
-            (clock::BASE, 0, Box::new(Clock::new(reasons))),
             (twim::BASE, 3, Box::new(Twim::default())),
             (spim::BASE, 47, Box::new(Spim::default())),
             (saadc::BASE, 7, Box::new(Saadc::default())),
-            (TEMPERATURE, 12, Box::new(Temperature::default())),
-            (rng::BASE, 13, Box::new(Rng::new(world.seed))),
-            (watchdog::BASE, 16, Box::new(Watchdog::default())),
+            (TEMPERATURE, 12, Box::new(Information::temperature())),
+            (rng::BASE, 13, Box::new(Rng::new(noise))),
             (nvmc::BASE, NONE, Box::new(Nvmc::default())),
-            (FACTORY, NONE, Box::new(Factory::new(world.seed))),
-            (USER, NONE, Box::new(User::default())),
+            (FACTORY, NONE, Box::new(Information::factory(world.seed))),
+            (USER, NONE, Box::new(Information::user())),
         ];
         for (base, interrupt) in TIMERS {
             others.push((base, interrupt, Box::new(Timer::new(base))));
@@ -87,11 +89,33 @@ impl Bus {
             gpio: Gpio::default(),
             gpiote: Gpiote::default(),
             uarte: Uarte::default(),
+            clock: Clock::default(),
+            watchdog: Watchdog::default(),
             others,
             world,
             effects: Effects::default(),
             next: None,
+            resets,
         }
+    }
+
+    /// Starts the chip again: registers have their values at reset, but for those that this reset spares.
+    pub fn reset(&mut self, reset: Reset, now: u64, memory: &mut dyn Memory) {
+        let mut world = std::mem::take(&mut self.world);
+        if reset == Reset::Power {
+            world.cycle_power();
+        }
+        *self = Self {
+            clock: self.clock.after(reset),
+            watchdog: self.watchdog.after(reset),
+            ..Self::started(world, self.resets + 1)
+        };
+        // The chip drives no pin any more, and a host that is sending goes on.
+        self.pins_changed(now, memory);
+        if !self.world.serial.to_send.is_empty() {
+            self.uarte.line_taken(now);
+        }
+        self.settle(now, memory);
     }
 
     /// Cycle of the next thing that happens by itself.
@@ -127,6 +151,8 @@ impl Bus {
             gpio::BASE => &mut self.gpio,
             gpiote::BASE => &mut self.gpiote,
             uarte::BASE => &mut self.uarte,
+            clock::BASE => &mut self.clock,
+            watchdog::BASE => &mut self.watchdog,
             page => {
                 let (.., found) = self.others.iter_mut().find(|(base, ..)| *base == page)?;
                 found.as_mut()
@@ -209,17 +235,18 @@ impl Bus {
             }
         }
         self.effects.raised.clear();
-        let common = [
-            (6, self.gpiote.line(), self.gpiote.deadline()),
-            (2, self.uarte.line(), self.uarte.deadline()),
+        let named: [(u32, &dyn Peripheral); 4] = [
+            (0, &self.clock),
+            (2, &self.uarte),
+            (6, &self.gpiote),
+            (16, &self.watchdog),
         ];
-        let others = self.others.iter().map(|(_, interrupt, peripheral)| {
-            (*interrupt, peripheral.line(), peripheral.deadline())
-        });
+        let others = self.others.iter();
+        let others = others.map(|(_, interrupt, peripheral)| (*interrupt, peripheral.as_ref()));
         let (mut lines, mut next) = (0, None::<u64>);
-        for (interrupt, line, deadline) in others.chain(common) {
-            lines |= u64::from(line) << interrupt;
-            next = [next, deadline].into_iter().flatten().min();
+        for (interrupt, peripheral) in others.chain(named) {
+            lines |= u64::from(peripheral.line()) << interrupt;
+            next = [next, peripheral.deadline()].into_iter().flatten().min();
         }
         self.system.lines = lines;
         self.next = [next, self.world.deadline()].into_iter().flatten().min();
@@ -230,6 +257,8 @@ impl Bus {
         while let Some(at) = self.next.filter(|at| *at <= now) {
             let Self {
                 uarte,
+                clock,
+                watchdog,
                 others,
                 world,
                 effects,
@@ -243,7 +272,8 @@ impl Bus {
             let models = others
                 .iter_mut()
                 .map(|(.., peripheral)| peripheral.as_mut());
-            for peripheral in models.chain([uarte as &mut dyn Peripheral]) {
+            let named: [&mut dyn Peripheral; 3] = [clock, uarte, watchdog];
+            for peripheral in models.chain(named) {
                 if peripheral.deadline() == Some(at) {
                     peripheral.fire(at, &mut around);
                 }

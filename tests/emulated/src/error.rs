@@ -39,6 +39,22 @@ pub enum MachineError {
         /// Bytes.
         length: usize,
     },
+    /// A write to flash that the chip forbids.
+    #[error("write to the flash at {address:#010x}: {misuse}")]
+    Flash {
+        /// Of the word.
+        address: u32,
+        /// What is wrong with it.
+        misuse: FlashMisuse,
+    },
+    /// No function has such a name.
+    #[error(
+        "no function whose name holds {parts:?} in this order: it may have been inlined, name its caller"
+    )]
+    NoFunction {
+        /// Parts of the name.
+        parts: Vec<String>,
+    },
     /// An instruction that does not exist, as at the end of a panic.
     #[error("undefined instruction at PC {pc:#010x} ({function}); log: {log}")]
     Undefined {
@@ -58,6 +74,19 @@ pub enum MachineError {
     /// The emulator's own complaint.
     #[error("the processor's emulator says {0}")]
     Engine(String),
+}
+
+/// How flash must not be written (PS 4.3.1).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum FlashMisuse {
+    /// Fewer bytes than a word, or a word at no multiple of four: a hard fault on the chip.
+    #[error("only whole words at multiples of four can be written")]
+    NoWord,
+    /// More often than the specification allows between two erases of the page.
+    #[error(
+        "the word was written twice since its page was erased, which is as often as is allowed"
+    )]
+    WrittenTooOften,
 }
 
 /// What an instruction did to an address.

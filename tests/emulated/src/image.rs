@@ -21,6 +21,19 @@ pub struct Image {
     symbols: Vec<(String, u32)>,
 }
 
+/// A place in source code, in the image.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PanicPlace {
+    /// Of its `core::panic::Location`.
+    pub address: u32,
+    /// Address of the file's name.
+    pub name: u32,
+    /// Bytes of the file's name.
+    pub length: u32,
+    /// File, line and column as a panic prints them.
+    pub text: String,
+}
+
 impl Image {
     /// Reads an ELF file.
     ///
@@ -83,6 +96,19 @@ impl Image {
         })
     }
 
+    /// Bare code that begins with its vector table, without names and without a log: to try the machine itself.
+    #[must_use]
+    pub fn of_code(code: &[u8]) -> Self {
+        let mut flash = code.to_vec();
+        flash.resize(FLASH_BYTES, 0xFF);
+        Self {
+            flash,
+            elf: Vec::new(),
+            functions: Vec::new(),
+            symbols: Vec::new(),
+        }
+    }
+
     /// Name of the function around an address.
     #[must_use]
     pub fn function(&self, pc: u32) -> &str {
@@ -92,6 +118,70 @@ impl Image {
             .and_then(|place| self.functions.get(place))
             .filter(|(_, end, _)| pc < *end)
             .map_or("no function", |(.., name)| name)
+    }
+
+    /// Start and name of every function whose name holds these parts in this order.
+    ///
+    /// # Errors
+    /// `NoFunction`.
+    pub fn functions_named(&self, parts: &[&str]) -> Result<Vec<(u32, String)>, MachineError> {
+        let holds = |name: &str| {
+            let behind = |rest: &'_ str, part: &str| rest.find(part).map(|at| at + part.len());
+            parts
+                .iter()
+                .try_fold(0, |from, part| {
+                    behind(name.get(from..)?, part).map(|to| from + to)
+                })
+                .is_some()
+        };
+        let found: Vec<(u32, String)> = self
+            .functions
+            .iter()
+            .filter(|(.., name)| holds(name))
+            .map(|(start, _, name)| (*start, name.clone()))
+            .collect();
+        if found.is_empty() {
+            return Err(MachineError::NoFunction {
+                parts: parts.iter().map(|part| (*part).to_owned()).collect(),
+            });
+        }
+        Ok(found)
+    }
+
+    /// First address behind everything that the image holds, a multiple of 16.
+    #[must_use]
+    pub fn end(&self) -> u32 {
+        let used = self.flash.iter().rposition(|byte| *byte != 0xFF);
+        used.map_or(0, |last| (last as u32 / 16 + 1) * 16)
+    }
+
+    /// A place in source code at which the image can panic.
+    ///
+    /// # Errors
+    /// `NotAnImage` when there is none.
+    pub fn panic_place(&self) -> Result<PanicPlace, MachineError> {
+        (0..self.end())
+            .step_by(4)
+            .find_map(|address| self.panic_place_at(address))
+            .ok_or_else(|| MachineError::NotAnImage {
+                reason: "no function in the file can panic".to_owned(),
+            })
+    }
+
+    /// As the compiler lays `core::panic::Location` out: name, its length, line, column.
+    fn panic_place_at(&self, address: u32) -> Option<PanicPlace> {
+        let word = |field: u32| self.word(address + 4 * field);
+        let (name, length, line, column) = (word(0)?, word(1)?, word(2)?, word(3)?);
+        let end = (name as usize).checked_add(length as usize)?;
+        let text = std::str::from_utf8(self.flash.get(name as usize..end)?).ok()?;
+        let plausible =
+            text.ends_with(".rs") && (1..5000).contains(&line) && (1..200).contains(&column);
+        plausible.then(|| PanicPlace {
+            address,
+            name,
+            length,
+            text: format!("{text}:{line}:{column}"),
+        })
     }
 
     /// Value of the first symbol whose name holds `part`.

@@ -11,6 +11,11 @@ impl Counts {
         Self(vec![(0, 0); FLASH_BYTES / 2])
     }
 
+    /// The code has changed.
+    pub(crate) fn forget(&mut self) {
+        self.0.fill((0, 0));
+    }
+
     /// Instructions in `size` bytes of `flash` at `address`.
     pub(crate) fn of(&mut self, flash: &[u8], address: u32, size: u32) -> u64 {
         let Some(known) = self.0.get_mut(address as usize / 2) else {

@@ -12,6 +12,7 @@ pub mod bus;
 pub mod chip;
 pub mod device;
 pub mod error;
+pub mod flash;
 pub mod image;
 pub mod log;
 pub mod machine;
@@ -23,4 +24,4 @@ mod instructions;
 
 pub use error::MachineError;
 pub use image::Image;
-pub use machine::{Machine, Stop};
+pub use machine::{Damage, Machine, Stop};

@@ -1,61 +1,36 @@
 //! The processor, its clock, and the loop that brings interrupts to it.
 
-use unicorn_engine::{Arch, ArmCpuModel, HookType, Mode, Prot, RegisterARM, Unicorn, uc_error};
+mod damage;
+mod hooks;
+mod memory;
+mod processor;
+mod state;
+
+use unicorn_engine::{Arch, ArmCpuModel, Mode, RegisterARM, Unicorn, uc_error};
+
+pub use damage::Damage;
+pub(crate) use state::Engine;
 
 use crate::bus::Bus;
-use crate::chip::{CYCLES_PER_US, Memory, Reset, nvmc::WRITE_CYCLES};
+use crate::chip::{CYCLES_PER_US, Memory, Reset};
 use crate::error::MachineError;
-use crate::exception;
+use crate::flash::{Flash, Operation, PAGE_BYTES};
 use crate::image::{FLASH_BYTES, Image};
-use crate::instructions::Counts;
 use crate::log::Log;
-use crate::system;
 use crate::world::World;
+use state::{State, engine_error, with_bus};
 
-/// RAM (PS 4.2).
-const RAM: std::ops::Range<u32> = 0x2000_0000..0x2004_0000;
-const SEV: u16 = 0xBF40;
-const WFE: [u8; 2] = [0x20, 0xBF];
-const WFI: [u8; 2] = [0x30, 0xBF];
-/// CPSR bits of an open IT block.
-const IN_IT_BLOCK: u64 = 0x0600_FC00;
 /// CPACR-independent switch of the emulator: FPEXC.EN.
 const FLOATS_ON: u64 = 1 << 30;
 /// How often the log's ring is emptied.
 const LOG_CYCLES: u64 = 1000 * CYCLES_PER_US;
-/// Offsets in the log's control block (RTT): the first ring's address, size, and places of writer and reader.
-const LOG_RING: u32 = 24 + 4;
-
-/// The emulator of the processor.
-pub(crate) type Engine<'a> = Unicorn<'a, State>;
-
-/// What the hooks of the emulator see.
-pub(crate) struct State {
-    /// Taken out while it works on memory through the emulator.
-    bus: Option<Box<Bus>>,
-    flash: Vec<u8>,
-    counts: Counts,
-    cycle: u64,
-    /// Cycle at which the run is to end.
-    end: u64,
-    /// Instructions executed.
-    instructions: u64,
-    cycles_per_instruction: u64,
-    /// Event register of the processor.
-    event: bool,
-    /// Block before which the emulator was stopped.
-    stopped_before: Option<u32>,
-    fault: Option<MachineError>,
-    /// Flash words as they were before the image wrote to them.
-    overwritten: Vec<(u32, u32)>,
-}
 
 /// Why a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stop {
     /// The time is over.
     Time,
-    /// The chip was reset; the next run starts from the reset vector, RAM kept.
+    /// The chip was reset; the next run goes on from the reset vector.
     Reset(Reset),
 }
 
@@ -64,135 +39,13 @@ pub struct Machine {
     engine: Engine<'static>,
     image: Image,
     log: Log,
-    log_block: Option<u32>,
     log_due: u64,
     pc: u32,
     asleep: bool,
-}
-
-/// Access to RAM and flash past the processor.
-struct Direct<'a, 'b>(&'a mut Engine<'b>);
-
-impl Direct<'_, '_> {
-    fn in_ram(address: u32, length: usize) -> Result<u64, MachineError> {
-        let inside = RAM.contains(&address) && address as usize + length <= RAM.end as usize;
-        inside
-            .then_some(u64::from(address))
-            .ok_or(MachineError::DmaOutsideRam { address, length })
-    }
-}
-
-impl Memory for Direct<'_, '_> {
-    fn load(&mut self, address: u32, bytes: &mut [u8]) -> Result<(), MachineError> {
-        let at = Self::in_ram(address, bytes.len())?;
-        self.0.mem_read(at, bytes).map_err(engine_error)
-    }
-
-    fn store(&mut self, address: u32, bytes: &[u8]) -> Result<(), MachineError> {
-        let at = Self::in_ram(address, bytes.len())?;
-        self.0.mem_write(at, bytes).map_err(engine_error)
-    }
-
-    fn erase(&mut self, address: u32, length: usize) -> Result<(), MachineError> {
-        let erased = vec![0xFF; length];
-        self.0
-            .mem_write(u64::from(address), &erased)
-            .map_err(engine_error)
-    }
-
-    fn open_flash(&mut self, writable: bool) -> Result<(), MachineError> {
-        let access = if writable {
-            Prot::ALL
-        } else {
-            Prot::READ | Prot::EXEC
-        };
-        self.0
-            .mem_protect(0, FLASH_BYTES as u64, access)
-            .map_err(engine_error)
-    }
-}
-
-fn engine_error(error: uc_error) -> MachineError {
-    MachineError::Engine(format!("{error:?}"))
-}
-
-/// Runs `work` on the bus, with the memory; then takes what it led to.
-fn with_bus<R>(
-    engine: &mut Engine<'_>,
-    work: impl FnOnce(&mut Bus, u64, &mut Direct<'_, '_>) -> R,
-) -> Option<R> {
-    let cycle = engine.get_data().cycle;
-    let mut bus = engine.get_data_mut().bus.take()?;
-    let result = work(&mut bus, cycle, &mut Direct(engine));
-    let stall_cycles = std::mem::take(&mut bus.effects.stall_cycles);
-    let fault = bus.effects.fault.take();
-    let state = engine.get_data_mut();
-    state.cycle += stall_cycles;
-    if state.fault.is_none() {
-        state.fault = fault;
-    }
-    state.bus = Some(bus);
-    Some(result)
-}
-
-impl State {
-    fn next(&self) -> u64 {
-        let next = self.bus.as_ref().and_then(|bus| bus.next());
-        next.unwrap_or(u64::MAX).min(self.end)
-    }
-
-    /// Whether the loop has something to do before the next block.
-    fn must_stop(&self) -> bool {
-        self.fault.is_some()
-            || self.cycle >= self.end
-            || self.bus.as_ref().is_some_and(|bus| {
-                bus.effects.reset.is_some() || bus.system().deliverable().is_some()
-            })
-    }
-}
-
-/// Before each block: lets peripherals act, stops for interrupts, counts.
-fn before_block(engine: &mut Engine<'_>, address: u64, size: u32) {
-    restore_zeros(engine);
-    if engine.get_data().cycle >= engine.get_data().next() {
-        with_bus(engine, |bus, cycle, memory| bus.advance(cycle, memory));
-    }
-    if engine.get_data().must_stop() {
-        let open = engine.reg_read(RegisterARM::CPSR).unwrap_or_default() & IN_IT_BLOCK != 0;
-        let masked = engine.reg_read(RegisterARM::PRIMASK).unwrap_or_default() & 1 == 1;
-        let state = engine.get_data();
-        let at_once = state.fault.is_some() || state.cycle >= state.end;
-        if !open && (at_once || !masked) {
-            engine.get_data_mut().stopped_before = Some(address as u32);
-            if let Err(error) = engine.emu_stop() {
-                engine.get_data_mut().fault = Some(engine_error(error));
-            }
-            return;
-        }
-    }
-    let state = engine.get_data_mut();
-    let count = state.counts.of(&state.flash, address as u32, size);
-    state.cycle += count * state.cycles_per_instruction;
-    state.instructions += count;
-}
-
-/// Flash bits can be cleared by writing, not set: PS 4.3.1.
-fn restore_zeros(engine: &mut Engine<'_>) {
-    if engine.get_data().overwritten.is_empty() {
-        return;
-    }
-    for (address, before) in std::mem::take(&mut engine.get_data_mut().overwritten) {
-        let mut word = [0; 4];
-        let at = u64::from(address);
-        let done = engine.mem_read(at, &mut word).and_then(|()| {
-            let both = u32::from_le_bytes(word) & before;
-            engine.mem_write(at, &both.to_le_bytes())
-        });
-        engine.get_data_mut().cycle += WRITE_CYCLES;
-        if let Err(error) = done {
-            engine.get_data_mut().fault = Some(engine_error(error));
-        }
-    }
+    serves_faults: bool,
+    /// Bytes of the image that were damaged, by address, as they were.
+    damaged: Vec<(u32, Vec<u8>)>,
+    resets: Vec<(u64, Reset)>,
 }
 
 impl Machine {
@@ -201,128 +54,29 @@ impl Machine {
     /// # Errors
     /// The emulator's own, and an image without a log.
     pub fn new(image: Image, world: World) -> Result<Self, MachineError> {
-        let state = State {
-            bus: Some(Box::new(Bus::new(world, None))),
-            flash: image.flash.clone(),
-            counts: Counts::new(),
-            cycle: 0,
-            end: 0,
-            instructions: 0,
-            cycles_per_instruction: 1,
-            event: false,
-            stopped_before: None,
-            fault: None,
-            overwritten: Vec::new(),
-        };
-        let log = Log::new(&image.elf)?;
-        let engine = Unicorn::new_with_data(Arch::ARM, Mode::THUMB | Mode::MCLASS, state)
+        let seed = world.seed;
+        let log = Log::new(&image)?;
+        let state = State::new(Bus::new(world), &image.flash, seed);
+        let mut engine = Unicorn::new_with_data(Arch::ARM, Mode::THUMB | Mode::MCLASS, state)
             .map_err(engine_error)?;
+        let mapped = engine
+            .ctl_set_cpu_model(ArmCpuModel::CORTEX_M4 as i32)
+            .and_then(|()| memory::map(&mut engine, &image.flash, seed))
+            .and_then(|()| hooks::set(&mut engine, &image));
+        mapped.map_err(engine_error)?;
         let mut machine = Self {
-            log_block: image.symbol("_SEGGER_RTT"),
             engine,
             image,
             log,
             log_due: 0,
             pc: 0,
             asleep: false,
+            serves_faults: false,
+            damaged: Vec::new(),
+            resets: Vec::new(),
         };
-        machine.map().map_err(engine_error)?;
-        machine.hook().map_err(engine_error)?;
         machine.start().map_err(engine_error)?;
         Ok(machine)
-    }
-
-    fn map(&mut self) -> Result<(), uc_error> {
-        let engine = &mut self.engine;
-        engine.ctl_set_cpu_model(ArmCpuModel::CORTEX_M4 as i32)?;
-        engine.mem_map(0, FLASH_BYTES as u64, Prot::ALL)?;
-        engine.mem_write(0, &self.image.flash)?;
-        engine.mem_protect(0, FLASH_BYTES as u64, Prot::READ | Prot::EXEC)?;
-        engine.mem_map(
-            u64::from(RAM.start),
-            u64::from(RAM.end - RAM.start),
-            Prot::READ | Prot::WRITE,
-        )?;
-        for (base, size) in [
-            (0x1000_0000_u32, 0x2000_u64),
-            (0x4000_0000, 0x4_0000),
-            (0x5000_0000, 0x1000),
-            (system::BASE, 0x1000),
-        ] {
-            engine.mmio_map(
-                u64::from(base),
-                size,
-                Some(move |engine: &mut Engine<'_>, offset: u64, size: usize| {
-                    let address = base + offset as u32;
-                    let value = with_bus(engine, |bus, cycle, memory| {
-                        bus.advance(cycle, memory);
-                        bus.read(address, size, cycle, memory)
-                    });
-                    stop_on_fault(engine);
-                    u64::from(value.unwrap_or_default())
-                }),
-                Some(
-                    move |engine: &mut Engine<'_>, offset: u64, size: usize, value: u64| {
-                        let address = base + offset as u32;
-                        with_bus(engine, |bus, cycle, memory| {
-                            bus.advance(cycle, memory);
-                            bus.write(address, value as u32, size, cycle, memory);
-                        });
-                        stop_on_fault(engine);
-                    },
-                ),
-            )?;
-        }
-        Ok(())
-    }
-
-    fn hook(&mut self) -> Result<(), uc_error> {
-        let engine = &mut self.engine;
-        engine.add_block_hook(1, 0, before_block)?;
-        for address in self.image.halfwords(SEV) {
-            let at = u64::from(address);
-            engine.add_code_hook(at, at, |engine, _, _| engine.get_data_mut().event = true)?;
-        }
-        engine.add_mem_hook(
-            HookType::MEM_WRITE,
-            0,
-            FLASH_BYTES as u64 - 1,
-            |engine, _, at, _, _| {
-                let word_at = at & !3;
-                let mut word = [0; 4];
-                let read = engine.mem_read(word_at, &mut word).is_ok();
-                let before = u32::from_le_bytes(word);
-                engine
-                    .get_data_mut()
-                    .overwritten
-                    .push((word_at as u32, before));
-                read
-            },
-        )?;
-        engine.add_mem_hook(
-            HookType::MEM_UNMAPPED | HookType::MEM_WRITE_PROT,
-            1,
-            0,
-            |engine, kind, address, _, value| {
-                use crate::error::Access;
-                use unicorn_engine::MemType;
-                let access = match kind {
-                    MemType::WRITE_UNMAPPED | MemType::WRITE_PROT => Access::Write(value as u32),
-                    _ => Access::Read,
-                };
-                // A fetch from here is an exception's return, which the loop sees.
-                if address < u64::from(exception::RETURNS) {
-                    engine.get_data_mut().fault = Some(MachineError::Unmodelled {
-                        access,
-                        address: address as u32,
-                        pc: 0,
-                        function: String::new(),
-                    });
-                }
-                false
-            },
-        )?;
-        Ok(())
     }
 
     /// Stack pointer and program counter from the vector table.
@@ -331,6 +85,8 @@ impl Machine {
         self.engine.reg_write(RegisterARM::SP, u64::from(stack))?;
         self.engine.reg_write(RegisterARM::FPEXC, FLOATS_ON)?;
         self.engine.reg_write(RegisterARM::PRIMASK, 0)?;
+        // Thumb state, and no IT block that the reset came into.
+        self.engine.reg_write(RegisterARM::XPSR, 1 << 24)?;
         self.pc = self.image.word(4).unwrap_or_default() & !1;
         self.asleep = false;
         Ok(())
@@ -412,19 +168,101 @@ impl Machine {
         Ok(())
     }
 
+    /// Hard faults reach the image's handler from now on, instead of ending the run with an error.
+    pub fn serve_faults(&mut self) {
+        self.serves_faults = true;
+    }
+
     /// Makes every instruction take this many cycles from now on, instead of one.
     pub fn slow_down(&mut self, cycles_per_instruction: u64) {
         self.engine.get_data_mut().cycles_per_instruction = cycles_per_instruction.max(1);
     }
 
-    /// Runs until a virtual time since power came, in microseconds, or until a reset.
+    /// Every reset so far: when, in microseconds, and why.
+    #[must_use]
+    pub fn resets(&self) -> &[(u64, Reset)] {
+        &self.resets
+    }
+
+    /// Someone presses the reset button.
+    ///
+    /// # Errors
+    /// The emulator's.
+    pub fn press_reset(&mut self) -> Result<(), MachineError> {
+        self.reset(Reset::Pin)
+    }
+
+    /// Power goes and comes back, to the chip and all that is connected to it.
+    ///
+    /// # Errors
+    /// The emulator's.
+    pub fn cycle_power(&mut self) -> Result<(), MachineError> {
+        self.reset(Reset::Power)
+    }
+
+    /// Power will go, and come back, in the middle of an operation on the flash: the first from now on is 0.
+    pub fn cut_power_at(&mut self, operation: usize) {
+        let flash = &mut self.engine.get_data_mut().flash;
+        flash.cut_at = Some(flash.operations.len() + operation);
+    }
+
+    /// What was done to the flash so far.
+    #[must_use]
+    pub fn flash_operations(&self) -> &[Operation] {
+        &self.engine.get_data().flash.operations
+    }
+
+    /// What the flash holds.
+    ///
+    /// # Errors
+    /// The emulator's.
+    pub fn flash(&self) -> Result<Vec<u8>, MachineError> {
+        self.bytes(0, FLASH_BYTES)
+    }
+
+    /// What flash or RAM holds.
+    ///
+    /// # Errors
+    /// The emulator's, where neither is.
+    pub fn bytes(&self, address: u32, length: usize) -> Result<Vec<u8>, MachineError> {
+        let mut bytes = vec![0; length];
+        let read = self.engine.mem_read(u64::from(address), &mut bytes);
+        read.map(|()| bytes).map_err(engine_error)
+    }
+
+    /// Takes power, changes what the flash holds, and gives power again: as if other operations had come before.
+    ///
+    /// # Errors
+    /// The emulator's.
+    pub fn start_with_flash(&mut self, content: &[u8]) -> Result<(), MachineError> {
+        let now = self.flash()?;
+        let seed = self.engine.get_data().cycle;
+        let pages = now.chunks(PAGE_BYTES).zip(content.chunks(PAGE_BYTES));
+        for (number, (_, page)) in pages.enumerate().filter(|(_, (old, new))| old != new) {
+            let at = (number * PAGE_BYTES) as u64;
+            self.engine.mem_write(at, page).map_err(engine_error)?;
+        }
+        self.engine.get_data_mut().flash = Flash::new(content, seed);
+        self.cycle_power()
+    }
+
+    /// Runs until a virtual time since power came first, in microseconds, through whatever resets come.
+    ///
+    /// # Errors
+    /// As [`Self::run_until`].
+    pub fn run_through(&mut self, end_us: u64) -> Result<(), MachineError> {
+        while self.run_until(end_us)? != Stop::Time {}
+        Ok(())
+    }
+
+    /// Runs until a virtual time since power came first, in microseconds, or until a reset.
     ///
     /// # Errors
     /// Whatever the image did that it must not; the machine is not to be used afterwards.
     pub fn run_until(&mut self, end_us: u64) -> Result<Stop, MachineError> {
         self.engine.get_data_mut().end = end_us * CYCLES_PER_US;
         let outcome = self.run();
-        self.read_log();
+        self.log.collect(&mut self.engine);
         outcome.map_err(|fault| self.explain(fault))
     }
 
@@ -435,17 +273,26 @@ impl Machine {
             });
             let state = self.engine.get_data_mut();
             if let Some(fault) = state.fault.take() {
-                return Err(fault);
+                match fault {
+                    MachineError::Unmodelled { address, .. }
+                        if self.serves_faults && memory::is_nothing(address) =>
+                    {
+                        self.hard_fault(processor::NO_MEMORY)?;
+                        continue;
+                    }
+                    other => return Err(other),
+                }
             }
             let (cycle, end, next) = (state.cycle, state.end, state.next());
             if let Some(bus) = &mut state.bus
                 && let Some(reset) = bus.effects.reset.take()
             {
-                return self.reset(reset);
+                self.reset(reset)?;
+                return Ok(Stop::Reset(reset));
             }
             if cycle >= self.log_due {
                 self.log_due = cycle + LOG_CYCLES;
-                self.read_log();
+                self.log.collect(&mut self.engine);
             }
             if cycle >= end {
                 return Ok(Stop::Time);
@@ -464,103 +311,27 @@ impl Machine {
         }
     }
 
-    /// Enters the handler of an interrupt that is due, if none is masked.
-    fn interrupted(&mut self) -> Result<bool, MachineError> {
-        let masked = self
-            .engine
-            .reg_read(RegisterARM::PRIMASK)
-            .map_err(engine_error)?
-            & 1
-            == 1;
-        let Some(bus) = &mut self.engine.get_data_mut().bus else {
-            return Ok(false);
-        };
-        let Some(interrupt) = bus.system().deliverable() else {
-            return Ok(false);
-        };
-        if masked {
-            // A wait for an interrupt ends although it is masked.
-            let woken = self.asleep;
-            self.asleep = false;
-            return Ok(woken);
+    /// Starts the chip again; time goes on.
+    fn reset(&mut self, reset: Reset) -> Result<(), MachineError> {
+        self.log.collect(&mut self.engine);
+        self.log.begin_anew();
+        if !reset.spares_ram() {
+            self.engine.get_data_mut().flash.restore_power();
         }
-        let nested = bus.system().in_handler();
-        let vector = bus.system_mut().enter(interrupt);
-        self.pc =
-            exception::enter(&mut self.engine, self.pc, vector, nested).map_err(engine_error)?;
-        self.asleep = false;
-        self.engine.get_data_mut().event = true;
-        Ok(true)
-    }
-
-    /// Lets the emulator run until a hook stops it or an instruction needs the loop.
-    fn execute(&mut self) -> Result<(), MachineError> {
-        self.engine.get_data_mut().stopped_before = None;
-        let outcome = self.engine.emu_start(u64::from(self.pc | 1), 0, 0, 0);
-        let pc = self
-            .engine
-            .reg_read(RegisterARM::PC)
-            .map_err(engine_error)? as u32
-            & !1;
-        self.pc = pc;
+        with_bus(&mut self.engine, |bus, cycle, memory| {
+            bus.reset(reset, cycle, memory);
+            memory.open_flash(false)
+        })
+        .transpose()?;
         let state = self.engine.get_data_mut();
-        if state.fault.is_some() {
-            return Ok(());
+        state.written.clear();
+        state.event = false;
+        if !reset.spares_ram() {
+            let seed = state.cycle;
+            memory::scramble_ram(&mut self.engine, seed).map_err(engine_error)?;
         }
-        if let Some(block) = state.stopped_before {
-            return if block == pc {
-                Ok(())
-            } else {
-                Err(MachineError::Engine(format!(
-                    "stopped before {block:#x} and is at {pc:#x}"
-                )))
-            };
-        }
-        if pc >= exception::RETURNS {
-            self.pc = exception::leave(&mut self.engine).map_err(engine_error)?;
-            let state = self.engine.get_data_mut();
-            state.event = true;
-            if let Some(bus) = &mut state.bus {
-                bus.system_mut().leave();
-            }
-            return Ok(());
-        }
-        match (outcome, self.halfword_before(pc)) {
-            (_, Some(WFI)) => self.asleep = true,
-            (_, Some(WFE)) => {
-                let state = self.engine.get_data_mut();
-                self.asleep = !std::mem::take(&mut state.event);
-            }
-            (Err(uc_error::INSN_INVALID | uc_error::EXCEPTION), _) => {
-                return Err(MachineError::Undefined {
-                    pc,
-                    function: String::new(),
-                    log: String::new(),
-                });
-            }
-            (Err(error), _) => return Err(MachineError::Engine(format!("{error:?} at {pc:#x}"))),
-            (Ok(()), _) => {}
-        }
-        Ok(())
-    }
-
-    fn halfword_before(&self, pc: u32) -> Option<[u8; 2]> {
-        let at = pc.checked_sub(2)? as usize;
-        self.image
-            .flash
-            .get(at..)
-            .and_then(|bytes| bytes.first_chunk())
-            .copied()
-    }
-
-    /// Starts the chip anew: peripherals as after a reset, RAM, flash and time kept.
-    fn reset(&mut self, reset: Reset) -> Result<Stop, MachineError> {
-        let state = self.engine.get_data_mut();
-        if let Some(bus) = state.bus.take() {
-            state.bus = Some(Box::new(Bus::new(bus.world, Some(reset))));
-        }
-        self.start().map_err(engine_error)?;
-        Ok(Stop::Reset(reset))
+        self.resets.push((self.now_us(), reset));
+        self.start().map_err(engine_error)
     }
 
     /// Says where a fault happened.
@@ -582,56 +353,5 @@ impl Machine {
             },
             other => other,
         }
-    }
-
-    /// Takes what waits in the log's ring, as a debugger would.
-    fn read_log(&mut self) {
-        let Some(block) = self.log_block else {
-            return;
-        };
-        let word = |engine: &Engine<'_>, at: u32| {
-            let mut bytes = [0; 4];
-            let read = engine.mem_read(u64::from(at), &mut bytes);
-            read.map(|()| u32::from_le_bytes(bytes)).unwrap_or_default()
-        };
-        let ring = block + LOG_RING;
-        let [buffer, size, written, read] =
-            [0, 4, 8, 12].map(|offset| word(&self.engine, ring + offset));
-        if size == 0 || written >= size || read >= size || written == read {
-            return;
-        }
-        let parts = if written > read {
-            [read..written, 0..0]
-        } else {
-            [read..size, 0..written]
-        };
-        for part in parts {
-            let mut bytes = vec![0; part.len()];
-            if self
-                .engine
-                .mem_read(u64::from(buffer + part.start), &mut bytes)
-                .is_ok()
-            {
-                self.log.take(&bytes);
-            }
-        }
-        // A failure shows as the same lines again.
-        let _ = self
-            .engine
-            .mem_write(u64::from(ring + 12), &written.to_le_bytes());
-    }
-}
-
-/// After an access that led to a fault or a reset nothing more is executed.
-fn stop_on_fault(engine: &mut Engine<'_>) {
-    let state = engine.get_data();
-    let reset = state
-        .bus
-        .as_ref()
-        .is_some_and(|bus| bus.effects.reset.is_some());
-    if (reset || state.fault.is_some())
-        && let Err(error) = engine.emu_stop()
-    {
-        engine.get_data_mut().fault = Some(engine_error(error));
     }
 }

@@ -1,7 +1,7 @@
 //! The processor's own peripherals: interrupt controller and system control (Armv7-M architecture reference manual,
 //! sections B3.2 and B3.4). SysTick is not modelled: the image keeps time with RTC1.
 
-use crate::chip::Kept;
+use crate::chip::registers::Registers;
 
 /// Address.
 pub const BASE: u32 = 0xE000_E000;
@@ -13,19 +13,31 @@ const FIRST: u32 = 16;
 const THREAD_PRIORITY: u32 = 256;
 const VTOR: u32 = 0xD08;
 const AIRCR: u32 = 0xD0C;
-const RESET_REQUEST: u32 = 0x05FA_0004;
+/// AIRCR: the key in its upper half, as written and as read, PRIGROUP and SYSRESETREQ.
+const KEY: u32 = 0x05FA;
+const KEY_AS_READ: u32 = 0xFA05_0000;
+const GROUPS: u32 = 0x700;
+const RESET_REQUEST: u32 = 1 << 2;
 const SCR: u32 = 0xD10;
+/// What kind of fault, and how it became a hard one.
+const CFSR: u32 = 0xD28;
+const HFSR: u32 = 0xD2C;
+const FORCED: u32 = 1 << 30;
+/// Exception number.
+const HARD_FAULT: u32 = 3;
 
 /// Interrupts and what keeps them.
 #[derive(Clone, Debug)]
 pub struct System {
-    kept: Kept,
+    registers: Registers,
     enabled: u64,
     /// Pended by software, or while the line was up.
     latched: u64,
     priority: [u8; INTERRUPTS as usize],
     /// Interrupts being served, outermost first.
     active: Vec<u32>,
+    /// A hard fault is being served.
+    faulted: bool,
     /// Lines of the peripherals.
     pub lines: u64,
     /// The image asked for a reset.
@@ -37,7 +49,7 @@ impl Default for System {
         let mut kept = vec![
             (0xD00, 0x410F_C241),
             (VTOR, 0),
-            (AIRCR, 0xFA05_0000),
+            (AIRCR, KEY_AS_READ),
             (SCR, 0),
             (0xD14, 0x200),
         ];
@@ -50,11 +62,12 @@ impl Default for System {
         // DHCSR: no debugger.
         kept.push((0xDF0, 0));
         Self {
-            kept: Kept::new(&kept),
+            registers: Registers::new(BASE, 0, 0, &kept),
             enabled: 0,
             latched: 0,
             priority: [0; INTERRUPTS as usize],
             active: Vec::new(),
+            faulted: false,
             lines: 0,
             reset_requested: false,
         }
@@ -80,7 +93,7 @@ impl System {
     #[must_use]
     pub fn deliverable(&self) -> Option<u32> {
         let waiting = (self.latched | self.lines) & self.enabled & !self.active_bits();
-        if waiting == 0 {
+        if waiting == 0 || self.faulted {
             return None;
         }
         let first = (0..INTERRUPTS)
@@ -93,18 +106,36 @@ impl System {
     pub fn enter(&mut self, interrupt: u32) -> u32 {
         self.latched &= !(1 << interrupt);
         self.active.push(interrupt);
-        self.kept.value(VTOR) + 4 * (FIRST + interrupt)
+        self.registers.value(VTOR) + 4 * (FIRST + interrupt)
+    }
+
+    /// Begins to serve a hard fault, above all interrupts, and gives the address of its vector; none while one is
+    /// being served. `cause`: bits of CFSR.
+    pub fn enter_fault(&mut self, cause: u32) -> Option<u32> {
+        if self.faulted {
+            return None;
+        }
+        self.faulted = true;
+        self.registers
+            .keep(CFSR, self.registers.value(CFSR) | cause)?;
+        self.registers
+            .keep(HFSR, self.registers.value(HFSR) | FORCED)?;
+        Some(self.registers.value(VTOR) + 4 * HARD_FAULT)
     }
 
     /// Ends the innermost one.
     pub fn leave(&mut self) {
-        self.active.pop();
+        if self.faulted {
+            self.faulted = false;
+        } else {
+            self.active.pop();
+        }
     }
 
     /// Whether an interrupt is being served.
     #[must_use]
     pub fn in_handler(&self) -> bool {
-        !self.active.is_empty()
+        self.faulted || !self.active.is_empty()
     }
 
     /// 32 interrupts of a register of the controller: enabled, pending or active ones.
@@ -123,8 +154,9 @@ impl System {
             0x300..0x308 => (self.active_bits() >> Self::bank(offset, 0x300)) as u32,
             0x400..0x430 if size == 1 => u32::from(self.priority[offset as usize - 0x400]),
             // ICSR: number of the exception that is being served.
+            0xD04 if self.faulted => HARD_FAULT,
             0xD04 => self.active.last().map_or(0, |interrupt| FIRST + interrupt),
-            _ => return self.kept.get(offset),
+            _ => return self.registers.read(offset),
         })
     }
 
@@ -141,10 +173,17 @@ impl System {
                 self.priority[offset as usize - 0x400] = value as u8 & 0xE0
             }
             0xF00 if value < INTERRUPTS => self.latched |= 1 << value,
-            AIRCR if value == RESET_REQUEST => self.reset_requested = true,
+            AIRCR if value >> 16 == KEY => {
+                self.registers.keep(AIRCR, KEY_AS_READ | value & GROUPS)?;
+                self.reset_requested |= value & RESET_REQUEST != 0;
+            }
+            // Without the key a write does nothing.
+            AIRCR => {}
             // Written ones clear: CFSR, HFSR.
-            0xD28 | 0xD2C => self.kept.set(offset, self.kept.value(offset) & !value)?,
-            _ => self.kept.set(offset, value)?,
+            CFSR | HFSR => self
+                .registers
+                .keep(offset, self.registers.value(offset) & !value)?,
+            _ => self.registers.keep(offset, value)?,
         }
         Some(())
     }

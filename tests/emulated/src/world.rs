@@ -45,9 +45,30 @@ impl Pins {
     }
 }
 
+/// Voltages that the chip runs from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Supply {
+    /// Of the chip itself.
+    pub vdd_mv: u32,
+    /// In front of its first regulator: the battery.
+    pub vddh_mv: u32,
+}
+
+impl Default for Supply {
+    /// The DK on USB or a coin cell: both are 3 V (its user guide, section "Power supply").
+    fn default() -> Self {
+        Self {
+            vdd_mv: 3000,
+            vddh_mv: 3000,
+        }
+    }
+}
+
 /// Voltages at the converter's inputs, as the counts that it makes of them.
 #[derive(Clone, Debug, Default)]
 pub struct Converter {
+    /// What it measures of the chip's own supply.
+    pub supply: Supply,
     /// Counts of each input in turn, by the input's number (1 is AIN0); repeated when over.
     pub signals: Vec<(u32, Vec<i16>)>,
     /// Conversions so far: cycle, input, count.
@@ -142,18 +163,40 @@ impl World {
         answer
     }
 
+    /// The device at an address on I2C, if it answers.
+    fn on_i2c(&mut self, wires: [u32; 2], address: u8) -> Option<&mut Lsm6dso> {
+        let imu = self.imu.as_mut()?;
+        (imu.wires == wires && imu.address == address && !imu.absent).then_some(imu)
+    }
+
     /// Bytes to an address on I2C; whether a device took them.
-    pub fn i2c_write(&mut self, wires: [u32; 2], address: u8, bytes: &[u8]) -> bool {
-        let device = self.imu.as_mut();
-        let heard = device.filter(|imu| imu.wires == wires && imu.address == address);
-        heard.map(|imu| imu.write(bytes)).is_some()
+    pub fn i2c_write(&mut self, wires: [u32; 2], address: u8, bytes: &[u8], at: u64) -> bool {
+        let heard = self.on_i2c(wires, address);
+        heard.map(|imu| imu.write(bytes, at)).is_some()
     }
 
     /// Bytes from an address on I2C; whether a device gave them.
-    pub fn i2c_read(&mut self, wires: [u32; 2], address: u8, bytes: &mut [u8]) -> bool {
-        let device = self.imu.as_mut();
-        let heard = device.filter(|imu| imu.wires == wires && imu.address == address);
-        heard.map(|imu| imu.read(bytes)).is_some()
+    pub fn i2c_read(&mut self, wires: [u32; 2], address: u8, bytes: &mut [u8], at: u64) -> bool {
+        let heard = self.on_i2c(wires, address);
+        heard.map(|imu| imu.read(bytes, at)).is_some()
+    }
+
+    /// Whether some device holds the clock of I2C low, so that nothing on it comes to an end.
+    #[must_use]
+    pub fn i2c_stalled(&self, wires: [u32; 2]) -> bool {
+        let imu = self.imu.as_ref();
+        imu.is_some_and(|imu| imu.wires == wires && imu.stalls && !imu.absent)
+    }
+
+    /// Power went from everything and came back; what is wrong with a device stays wrong.
+    pub fn cycle_power(&mut self) {
+        if let Some(ads) = &mut self.ads {
+            ads.cycle_power();
+        }
+        if let Some(imu) = &mut self.imu {
+            imu.reset();
+        }
+        self.show_ready();
     }
 
     /// Whether anything but the world's own hand moves a pin.

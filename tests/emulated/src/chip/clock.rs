@@ -1,6 +1,6 @@
 //! CLOCK, POWER and APPROTECT, which share one address (PS 5.4, 5.3, 4.8.2.2).
 
-use super::{Around, CYCLES_PER_US, Common, Kept, Peripheral};
+use super::{Around, CYCLES_PER_US, Peripheral, Reset, registers::Registers};
 
 /// Address.
 pub const BASE: u32 = 0x4000_0000;
@@ -11,31 +11,55 @@ const HF_START_CYCLES: u64 = 360 * CYCLES_PER_US;
 /// Start of the 32.768 kHz crystal oscillator: PS 5.4.4.4, typical 0.25 s.
 const LF_START_CYCLES: u64 = 250_000 * CYCLES_PER_US;
 const RESETREAS: u32 = 0x400;
+/// GPREGRET, GPREGRET2.
+const GENERAL: [u32; 2] = [0x51C, 0x520];
+const SOURCE: u32 = 0x518;
 
 /// Both clocks and the registers that survive a reset.
 #[derive(Clone, Debug)]
 pub struct Clock {
-    common: Common,
-    kept: Kept,
+    registers: Registers,
     starting: [Option<u64>; 2],
     running: [bool; 2],
 }
 
+impl Default for Clock {
+    /// As after power came: both on their internal oscillators.
+    fn default() -> Self {
+        Self::new(0, [0; 2])
+    }
+}
+
 impl Clock {
-    /// Both on their internal oscillators; `reasons` is RESETREAS.
-    #[must_use]
-    pub fn new(reasons: u32) -> Self {
-        // RESETREAS; GPREGRET, GPREGRET2; LFCLKSRC; APPROTECT.DISABLE; DCDCEN, DCDCEN0.
-        let kept = [0x51C, 0x520, 0x518, 0x558, 0x578, 0x580].map(|offset| (offset, 0));
-        let mut kept = Kept::new(&[&kept[..], &[(RESETREAS, reasons)]].concat());
-        let _ = kept.set(0x558, 0);
+    fn new(reasons: u32, general: [u32; 2]) -> Self {
+        // LFCLKSRC; APPROTECT.DISABLE; DCDCEN, DCDCEN0.
+        let zeros = [SOURCE, 0x558, 0x578, 0x580].map(|offset| (offset, 0));
+        let retained = [
+            (RESETREAS, reasons),
+            (GENERAL[0], general[0]),
+            (GENERAL[1], general[1]),
+        ];
         Self {
             // HFCLKSTARTED, LFCLKSTARTED, POFWARN, DONE, CTTO.
-            common: Common::new(BASE, 0b1_1111, 0),
-            kept,
+            registers: Registers::new(BASE, 0b1_1111, 0, &[&zeros[..], &retained].concat()),
             starting: [None; 2],
             running: [false; 2],
         }
+    }
+
+    /// What a reset makes of it. Reasons add up until the image clears them or power goes.
+    #[must_use]
+    pub fn after(&self, reset: Reset) -> Self {
+        let reasons = match reset {
+            Reset::Power => 0,
+            _ => self.registers.value(RESETREAS) | reset.reason(),
+        };
+        let general = if reset.spares_watchdog() {
+            GENERAL.map(|offset| self.registers.value(offset))
+        } else {
+            [0; 2]
+        };
+        Self::new(reasons, general)
     }
 
     /// Whether HFCLKRUN, HFCLKSTAT and so on say that a clock runs from its crystal.
@@ -50,8 +74,8 @@ impl Peripheral for Clock {
             0x408 => Some(u32::from(self.running[0] || self.starting[0].is_some())),
             0x40C => Some(self.status(0, 1)),
             0x414 => Some(u32::from(self.running[1] || self.starting[1].is_some())),
-            0x418 => Some(self.status(1, self.kept.value(0x518))),
-            _ => self.common.read(offset).or_else(|| self.kept.get(offset)),
+            0x418 => Some(self.status(1, self.registers.value(SOURCE))),
+            _ => self.registers.read(offset),
         }
     }
 
@@ -65,13 +89,10 @@ impl Peripheral for Clock {
             0x078 | 0x07C => {}
             // Written ones clear.
             RESETREAS => self
-                .kept
-                .set(RESETREAS, self.kept.value(RESETREAS) & !value)?,
+                .registers
+                .keep(RESETREAS, self.registers.value(RESETREAS) & !value)?,
             _ => {
-                return self
-                    .common
-                    .write(offset, value)
-                    .or_else(|| self.kept.set(offset, value));
+                return self.registers.write(offset, value);
             }
         }
         Some(())
@@ -86,12 +107,12 @@ impl Peripheral for Clock {
             if self.starting[clock] == Some(at) {
                 self.starting[clock] = None;
                 self.running[clock] = true;
-                self.common.raise(event, around);
+                self.registers.raise(event, around);
             }
         }
     }
 
     fn line(&self) -> bool {
-        self.common.line()
+        self.registers.line()
     }
 }

@@ -1,6 +1,6 @@
 //! GPIOTE: events from pins and tasks to pins (PS 6.9).
 
-use super::{Around, Common, Peripheral};
+use super::{Around, Peripheral, registers::Registers};
 
 /// Address.
 pub const BASE: u32 = 0x4000_6000;
@@ -10,7 +10,7 @@ const PORT: u32 = 31;
 /// Eight channels and the port event.
 #[derive(Clone, Debug)]
 pub struct Gpiote {
-    common: Common,
+    registers: Registers,
     configuration: [u32; CHANNELS],
     seen: [u32; 2],
     detected: bool,
@@ -19,7 +19,7 @@ pub struct Gpiote {
 impl Default for Gpiote {
     fn default() -> Self {
         Self {
-            common: Common::new(BASE, 0x8000_00FF, 0),
+            registers: Registers::new(BASE, 0x8000_00FF, 0, &[]),
             configuration: [0; CHANNELS],
             seen: [0; 2],
             detected: false,
@@ -43,14 +43,14 @@ impl Gpiote {
             };
             let (before, after) = (self.seen[port] >> pin & 1, levels[port] >> pin & 1);
             if before != after && polarity >> (1 - after) & 1 == 1 {
-                self.common.raise(channel as u32, around);
+                self.registers.raise(channel as u32, around);
             }
         }
         self.seen = levels;
         // PS 6.9.3: PORT rises with DETECT, which is up while any latch is.
         let detected = around.world.pins.latched.iter().any(|latch| *latch != 0);
         if detected && !self.detected {
-            self.common.raise(PORT, around);
+            self.registers.raise(PORT, around);
         }
         self.detected = detected;
     }
@@ -60,7 +60,7 @@ impl Peripheral for Gpiote {
     fn read(&mut self, offset: u32, _now: u64, _around: &mut Around<'_>) -> Option<u32> {
         match offset {
             0x510..0x530 => Some(self.configuration[(offset as usize - 0x510) / 4]),
-            _ => self.common.read(offset),
+            _ => self.registers.read(offset),
         }
     }
 
@@ -75,13 +75,13 @@ impl Peripheral for Gpiote {
                 self.seen = around.world.pins.levels;
             }
             _ => {
-                return self.common.write(offset, value);
+                return self.registers.write(offset, value);
             }
         }
         Some(())
     }
 
     fn line(&self) -> bool {
-        self.common.line()
+        self.registers.line()
     }
 }

@@ -1,6 +1,6 @@
 //! What the factory and the programmer wrote: FICR (PS 4.4), UICR (PS 4.5), and the trim of TEMP (PS 6.29).
 
-use super::{Around, Kept, Peripheral};
+use super::{Around, Peripheral, registers::Registers};
 
 /// Address of FICR.
 pub const FACTORY: u32 = 0x1000_0000;
@@ -12,14 +12,24 @@ pub const TEMPERATURE: u32 = 0x4000_C000;
 /// "AAF0": a chip of build code F, whose access port is opened by software too (PS 4.8.2).
 const VARIANT: u32 = 0x4141_4630;
 
-/// Read-only words.
+/// Words that something else reads.
 #[derive(Clone, Debug)]
-pub struct Factory(Kept);
+pub struct Information {
+    registers: Registers,
+    writable: bool,
+}
 
-impl Factory {
-    /// An nRF52840 with this device number.
+impl Information {
+    fn new(base: u32, words: &[(u32, u32)], writable: bool) -> Self {
+        Self {
+            registers: Registers::new(base, 0, 0, words),
+            writable,
+        }
+    }
+
+    /// FICR of an nRF52840 with this device number.
     #[must_use]
-    pub fn new(device: u64) -> Self {
+    pub fn factory(device: u64) -> Self {
         let (low, high) = (device as u32, (device >> 32) as u32);
         let mut words = vec![
             (0x010, 4096), // CODEPAGESIZE
@@ -40,75 +50,36 @@ impl Factory {
                 .step_by(4)
                 .map(|offset| (offset, 0x100 + offset)),
         );
-        Self(Kept::new(&words))
-    }
-}
-
-impl Peripheral for Factory {
-    fn read(&mut self, offset: u32, _now: u64, _around: &mut Around<'_>) -> Option<u32> {
-        self.0.get(offset)
+        Self::new(FACTORY, &words, false)
     }
 
-    fn write(
-        &mut self,
-        _offset: u32,
-        _value: u32,
-        _now: u64,
-        _around: &mut Around<'_>,
-    ) -> Option<()> {
-        None
-    }
-}
-
-/// User configuration as a programmed board has it; the image that wants something else would have to write it,
-/// which no model allows.
-#[derive(Clone, Debug)]
-pub struct User(Kept);
-
-impl Default for User {
-    fn default() -> Self {
-        Self(Kept::new(&[
+    /// UICR as a programmed board has it; the image that wants something else would have to write it, which no
+    /// model allows.
+    #[must_use]
+    pub fn user() -> Self {
+        let words = [
             (0x200, 18),       // PSELRESET[0]: P0.18
             (0x204, 18),       // PSELRESET[1]
             (0x208, 0x5A),     // APPROTECT: opened
             (0x20C, u32::MAX), // NFCPINS
             (0x210, u32::MAX), // DEBUGCTRL
             (0x304, u32::MAX), // REGOUT0
-        ]))
-    }
-}
-
-impl Peripheral for User {
-    fn read(&mut self, offset: u32, _now: u64, _around: &mut Around<'_>) -> Option<u32> {
-        self.0.get(offset)
+        ];
+        Self::new(USER, &words, false)
     }
 
-    fn write(
-        &mut self,
-        _offset: u32,
-        _value: u32,
-        _now: u64,
-        _around: &mut Around<'_>,
-    ) -> Option<()> {
-        None
-    }
-}
-
-/// The temperature sensor's trim; it measures nothing here.
-#[derive(Clone, Debug)]
-pub struct Temperature(Kept);
-
-impl Default for Temperature {
-    fn default() -> Self {
+    /// The temperature sensor's trim; it measures nothing here.
+    #[must_use]
+    pub fn temperature() -> Self {
         let trims = (0x520..0x538).chain(0x540..0x558).chain(0x560..0x574);
         let words: Vec<(u32, u32)> = trims.step_by(4).map(|offset| (offset, 0)).collect();
-        Self(Kept::new(&words))
+        Self::new(TEMPERATURE, &words, true)
     }
 }
 
-impl Peripheral for Temperature {
+impl Peripheral for Information {
     fn read(&mut self, offset: u32, _now: u64, _around: &mut Around<'_>) -> Option<u32> {
-        self.0.get(offset)
+        self.registers.read(offset)
     }
 
     fn write(
@@ -118,6 +89,8 @@ impl Peripheral for Temperature {
         _now: u64,
         _around: &mut Around<'_>,
     ) -> Option<()> {
-        self.0.set(offset, value)
+        self.writable
+            .then(|| self.registers.write(offset, value))
+            .flatten()
     }
 }

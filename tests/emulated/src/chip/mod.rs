@@ -8,8 +8,11 @@ pub mod clock;
 pub mod gpio;
 pub mod gpiote;
 pub mod information;
+pub mod noise;
 pub mod nvmc;
 pub mod ppi;
+pub mod registers;
+pub mod reset;
 pub mod rng;
 pub mod rtc;
 pub mod saadc;
@@ -20,7 +23,10 @@ pub mod uarte;
 pub mod watchdog;
 
 use crate::error::MachineError;
+use crate::flash::Operation;
 use crate::world::World;
+
+pub use reset::Reset;
 
 /// Cycles of the processor in one second.
 pub const CYCLES_PER_S: u64 = 64_000_000;
@@ -51,25 +57,16 @@ pub trait Memory {
     /// # Errors
     /// `DmaOutsideRam`.
     fn store(&mut self, address: u32, bytes: &[u8]) -> Result<(), MachineError>;
-    /// Fills a part of the flash with one byte.
+    /// Does something to the flash.
     ///
     /// # Errors
-    /// The emulator's.
-    fn erase(&mut self, address: u32, length: usize) -> Result<(), MachineError>;
+    /// `Flash`, and the emulator's.
+    fn flash(&mut self, operation: Operation) -> Result<(), MachineError>;
     /// Lets the processor write to flash, or not.
     ///
     /// # Errors
     /// The emulator's.
     fn open_flash(&mut self, writable: bool) -> Result<(), MachineError>;
-}
-
-/// Why the chip started again (PS 5.3.7.13, RESETREAS).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Reset {
-    /// The watchdog was not fed.
-    Watchdog,
-    /// The image asked for it.
-    Software,
 }
 
 /// What a model may touch besides itself.
@@ -110,112 +107,5 @@ pub trait Peripheral {
     /// Whether the interrupt line is up.
     fn line(&self) -> bool {
         false
-    }
-}
-
-/// The registers that every peripheral has in the same places.
-#[derive(Clone, Debug)]
-pub struct Common {
-    base: u32,
-    /// Bit n: there is an event n.
-    known: u32,
-    /// Bit n: event n happened and was not cleared.
-    pub events: u32,
-    /// Bit n: event n interrupts.
-    pub enabled: u32,
-    /// SHORTS, for those that have it.
-    pub shorts: u32,
-    known_shorts: u32,
-}
-
-impl Common {
-    /// Registers of the peripheral at `base`, with the events and shorts whose bits are set.
-    #[must_use]
-    pub const fn new(base: u32, known: u32, known_shorts: u32) -> Self {
-        Self {
-            base,
-            known,
-            events: 0,
-            enabled: 0,
-            shorts: 0,
-            known_shorts,
-        }
-    }
-
-    /// Raises event `number`.
-    pub fn raise(&mut self, number: u32, around: &mut Around<'_>) {
-        self.events |= 1 << number;
-        around.effects.raised.push(self.base + 0x100 + 4 * number);
-    }
-
-    fn event(&self, offset: u32) -> Option<u32> {
-        let number = (offset.checked_sub(0x100)?) / 4;
-        (offset.is_multiple_of(4) && number < 32 && self.known >> number & 1 == 1).then_some(number)
-    }
-
-    /// A load from one of these registers.
-    #[must_use]
-    pub fn read(&self, offset: u32) -> Option<u32> {
-        match offset {
-            0x200 if self.known_shorts != 0 => Some(self.shorts),
-            0x300 | 0x304 | 0x308 => Some(self.enabled),
-            _ => self.event(offset).map(|number| self.events >> number & 1),
-        }
-    }
-
-    /// A store to one of these registers.
-    pub fn write(&mut self, offset: u32, value: u32) -> Option<()> {
-        match offset {
-            0x200 if value & !self.known_shorts == 0 => self.shorts = value,
-            // Bits without an event are cleared by drivers that clear everything; setting one is an error.
-            0x300 if value & !self.known == 0 => self.enabled = value,
-            0x304 if value & !self.known == 0 => self.enabled |= value,
-            0x308 => self.enabled &= !value,
-            _ => {
-                let number = self.event(offset)?;
-                self.events = self.events & !(1 << number) | (value & 1) << number;
-            }
-        }
-        Some(())
-    }
-
-    /// Whether any event that interrupts has happened.
-    #[must_use]
-    pub const fn line(&self) -> bool {
-        self.events & self.enabled != 0
-    }
-}
-
-/// Registers that only keep what is written, by offset: configuration that the model does not need or reads itself.
-#[derive(Clone, Debug)]
-pub struct Kept(Vec<(u32, u32)>);
-
-impl Kept {
-    /// Offsets and values at reset.
-    #[must_use]
-    pub fn new(registers: &[(u32, u32)]) -> Self {
-        Self(registers.to_vec())
-    }
-
-    /// The value, if there is such a register.
-    #[must_use]
-    pub fn get(&self, offset: u32) -> Option<u32> {
-        self.0
-            .iter()
-            .find(|(at, _)| *at == offset)
-            .map(|(_, value)| *value)
-    }
-
-    /// Keeps a value, if there is such a register.
-    pub fn set(&mut self, offset: u32, value: u32) -> Option<()> {
-        let register = self.0.iter_mut().find(|(at, _)| *at == offset)?;
-        register.1 = value;
-        Some(())
-    }
-
-    /// The value of a register that the model itself declared.
-    #[must_use]
-    pub fn value(&self, offset: u32) -> u32 {
-        self.get(offset).unwrap_or_default()
     }
 }

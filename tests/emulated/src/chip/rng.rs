@@ -1,6 +1,6 @@
 //! RNG, from a seeded generator instead of noise (PS 6.19).
 
-use super::{Around, CYCLES_PER_US, Common, Kept, Peripheral};
+use super::{Around, CYCLES_PER_US, Peripheral, noise::Noise, registers::Registers};
 
 /// Address.
 pub const BASE: u32 = 0x4000_D000;
@@ -12,9 +12,8 @@ const CONFIG: u32 = 0x504;
 /// The generator.
 #[derive(Clone, Debug)]
 pub struct Rng {
-    common: Common,
-    kept: Kept,
-    state: u64,
+    registers: Registers,
+    noise: Noise,
     value: u32,
     next: Option<u64>,
 }
@@ -24,24 +23,15 @@ impl Rng {
     #[must_use]
     pub fn new(seed: u64) -> Self {
         Self {
-            common: Common::new(BASE, 1, 1),
-            kept: Kept::new(&[(CONFIG, 0)]),
-            state: seed,
+            registers: Registers::new(BASE, 1, 1, &[(CONFIG, 0)]),
+            noise: Noise::new(seed),
             value: 0,
             next: None,
         }
     }
 
     fn byte_cycles(&self) -> u64 {
-        BYTE_CYCLES[(self.kept.value(CONFIG) & 1) as usize]
-    }
-
-    /// SplitMix64 (Steele, Lea and Flood, 2014).
-    fn draw(&mut self) -> u32 {
-        self.state = self.state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mixed = (self.state ^ self.state >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        let mixed = (mixed ^ mixed >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((mixed ^ mixed >> 31) & 0xFF) as u32
+        BYTE_CYCLES[(self.registers.value(CONFIG) & 1) as usize]
     }
 }
 
@@ -49,7 +39,7 @@ impl Peripheral for Rng {
     fn read(&mut self, offset: u32, _now: u64, _around: &mut Around<'_>) -> Option<u32> {
         match offset {
             0x508 => Some(self.value),
-            _ => self.common.read(offset).or_else(|| self.kept.get(offset)),
+            _ => self.registers.read(offset),
         }
     }
 
@@ -58,10 +48,7 @@ impl Peripheral for Rng {
             0x000 => self.next = Some(now + self.byte_cycles()),
             0x004 => self.next = None,
             _ => {
-                return self
-                    .common
-                    .write(offset, value)
-                    .or_else(|| self.kept.set(offset, value));
+                return self.registers.write(offset, value);
             }
         }
         Some(())
@@ -72,12 +59,12 @@ impl Peripheral for Rng {
     }
 
     fn fire(&mut self, at: u64, around: &mut Around<'_>) {
-        self.value = self.draw();
-        self.next = (self.common.shorts & 1 == 0).then(|| at + self.byte_cycles());
-        self.common.raise(READY, around);
+        self.value = (self.noise.draw() & 0xFF) as u32;
+        self.next = (!self.registers.short(0)).then(|| at + self.byte_cycles());
+        self.registers.raise(READY, around);
     }
 
     fn line(&self) -> bool {
-        self.common.line()
+        self.registers.line()
     }
 }

@@ -1,6 +1,6 @@
 //! RTC: the 24-bit real-time counter (PS 6.22).
 
-use super::{Around, Common, Peripheral, cycles_to_slow, slow_to_cycles};
+use super::{Around, Peripheral, cycles_to_slow, registers::Registers, slow_to_cycles};
 
 const OVERFLOW: u32 = 1;
 const COMPARE: u32 = 16;
@@ -9,7 +9,7 @@ const MASK: u64 = 0xFF_FFFF;
 /// One counter.
 #[derive(Clone, Debug)]
 pub struct Rtc {
-    common: Common,
+    registers: Registers,
     /// EVTEN: events that PPI sees.
     routed: u32,
     /// 32,768 Hz period at which the counter was 0, while it runs.
@@ -28,7 +28,7 @@ impl Rtc {
     pub fn new(base: u32) -> Self {
         Self {
             // TICK, OVRFLW, COMPARE[0..4].
-            common: Common::new(base, 0xF_0003, 0),
+            registers: Registers::new(base, 0xF_0003, 0, &[]),
             routed: 0,
             zero: None,
             held: 0,
@@ -59,7 +59,7 @@ impl Rtc {
         let Some(zero) = self.zero else {
             return Vec::new();
         };
-        let wanted = self.common.enabled | self.routed;
+        let wanted = self.registers.enabled() | self.routed;
         let passed = (cycles_to_slow(self.checked).max(zero) - zero) / self.step() + 1;
         let cycle = |count: u64| slow_to_cycles(zero + count * self.step());
         let overflow =
@@ -84,7 +84,7 @@ impl Peripheral for Rtc {
             0x504 => Some(self.count(now) as u32),
             0x508 => Some(self.prescaler),
             0x540..=0x54C => self.compare.get((offset as usize - 0x540) / 4).copied(),
-            _ => self.common.read(offset),
+            _ => self.registers.read(offset),
         }
     }
 
@@ -112,7 +112,7 @@ impl Peripheral for Rtc {
                     .map_or(0, |zero| (cycles_to_slow(now) - zero) / self.step());
                 self.armed[n] = passed + 2;
             }
-            _ => return self.common.write(offset, value),
+            _ => return self.registers.write(offset, value),
         }
         Some(())
     }
@@ -125,11 +125,11 @@ impl Peripheral for Rtc {
         let due = self.due();
         self.checked = at;
         for (_, event) in due.into_iter().filter(|(cycle, _)| *cycle == at) {
-            self.common.raise(event, around);
+            self.registers.raise(event, around);
         }
     }
 
     fn line(&self) -> bool {
-        self.common.line()
+        self.registers.line()
     }
 }

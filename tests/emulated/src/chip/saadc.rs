@@ -1,6 +1,7 @@
 //! SAADC: converts its inputs in turn into a buffer in RAM (PS 6.23).
 
-use super::{Around, CYCLES_PER_US, Common, Kept, Peripheral};
+use super::{Around, CYCLES_PER_US, Peripheral, registers::Registers};
+use crate::world::{Converter, Supply};
 
 /// Address.
 pub const BASE: u32 = 0x4000_7000;
@@ -19,12 +20,19 @@ const CONVERSION_CYCLES: u64 = 2 * CYCLES_PER_US;
 const CALIBRATION_CYCLES: u64 = 100 * CYCLES_PER_US;
 /// PS 6.23.11.26: CONFIG.TACQ in us.
 const ACQUISITION_US: [u64; 6] = [3, 5, 10, 15, 20, 40];
+/// PS 6.23.11.24, PSELP: the chip's own supplies; VDDH comes through a divider by five.
+const VDD: u32 = 9;
+const VDDH_BY_5: u32 = 13;
+/// CONFIG.GAIN: 1/6, 1/5, 1/4, 1/3, 1/2, 1, 2, 4.
+const GAIN_SIXTIETHS: [u64; 8] = [10, 12, 15, 20, 30, 60, 120, 240];
+const INTERNAL_REFERENCE_MV: u64 = 600;
+const RESOLUTION: u32 = 0x5F0;
+const OVERSAMPLE: u32 = 0x5F4;
 
 /// The converter.
 #[derive(Clone, Debug)]
 pub struct Saadc {
-    common: Common,
-    kept: Kept,
+    registers: Registers,
     /// Where results go, and how many more, after START.
     pointer: u32,
     room: u32,
@@ -35,17 +43,17 @@ pub struct Saadc {
 
 impl Default for Saadc {
     fn default() -> Self {
-        let mut registers = vec![
+        let mut kept = vec![
             (0x500, 0),
-            (0x5F0, 1),
-            (0x5F4, 0),
+            (RESOLUTION, 1),
+            (OVERSAMPLE, 0),
             (0x5F8, 0),
             (POINTER, 0),
             (MAXIMUM, 0),
         ];
         for channel in 0..CHANNELS {
             let at = 0x510 + 16 * channel;
-            registers.extend([
+            kept.extend([
                 (at, 0),
                 (at + 4, 0),
                 (at + 8, 0x2_0000),
@@ -53,8 +61,7 @@ impl Default for Saadc {
             ]);
         }
         Self {
-            common: Common::new(BASE, 0x3F_FFFF, 0),
-            kept: Kept::new(&registers),
+            registers: Registers::new(BASE, 0x3F_FFFF, 0, &kept),
             pointer: 0,
             room: 0,
             amount: 0,
@@ -68,9 +75,39 @@ impl Saadc {
     /// Channels that have an input, with the input's number.
     fn inputs(&self) -> Vec<(u32, u32)> {
         (0..CHANNELS)
-            .map(|channel| (channel, self.kept.value(0x510 + 16 * channel)))
+            .map(|channel| (channel, self.registers.value(0x510 + 16 * channel)))
             .filter(|(_, input)| *input != 0)
             .collect()
+    }
+
+    fn configuration(&self, channel: u32) -> u32 {
+        self.registers.value(0x518 + 16 * channel)
+    }
+
+    /// PS 6.23.2: RESULT = V GAIN / REFERENCE 2^(RESOLUTION - m), m = 1 for a difference; its ends are hard. The
+    /// voltage is `mv` by `divider`.
+    fn supply_count(&self, channel: u32, mv: u32, divider: u64, vdd_mv: u32) -> i16 {
+        let configuration = self.configuration(channel);
+        let gain = GAIN_SIXTIETHS[(configuration >> 8 & 7) as usize];
+        // REFSEL: internal, or a quarter of VDD.
+        let reference_quarters_mv = match configuration >> 12 & 1 {
+            0 => 4 * INTERNAL_REFERENCE_MV,
+            _ => u64::from(vdd_mv),
+        };
+        let bits = 8 + 2 * (self.registers.value(RESOLUTION) & 3) - (configuration >> 20 & 1);
+        let count = (u64::from(mv) * gain * 4) << bits;
+        let scale = 60 * divider * reference_quarters_mv.max(1);
+        (count / scale).min((1 << bits) - 1) as i16
+    }
+
+    /// What a channel makes of its input.
+    fn count(&self, channel: u32, input: u32, at: u64, converter: &mut Converter) -> i16 {
+        let Supply { vdd_mv, vddh_mv } = converter.supply;
+        match input {
+            VDD => self.supply_count(channel, vdd_mv, 1, vdd_mv),
+            VDDH_BY_5 => self.supply_count(channel, vddh_mv, 5, vdd_mv),
+            _ => converter.next(input, at),
+        }
     }
 
     /// Cycles that one round of all channels takes.
@@ -78,22 +115,25 @@ impl Saadc {
         self.inputs()
             .iter()
             .map(|(channel, _)| {
-                let acquisition = self.kept.value(0x518 + 16 * channel) >> 16 & 7;
+                let acquisition = self.configuration(*channel) >> 16 & 7;
                 let us = ACQUISITION_US
                     .get(acquisition as usize)
                     .copied()
                     .unwrap_or(40);
-                us * CYCLES_PER_US + CONVERSION_CYCLES
+                // CONFIG.BURST: all samples of an average at one task.
+                let burst = self.configuration(*channel) >> 24 & 1;
+                let samples = 1 << (self.registers.value(OVERSAMPLE) * burst).min(8);
+                samples * (us * CYCLES_PER_US + CONVERSION_CYCLES)
             })
             .sum()
     }
 
     fn convert(&mut self, at: u64, around: &mut Around<'_>) {
-        for (_, input) in self.inputs() {
+        for (channel, input) in self.inputs() {
             if self.room == 0 {
                 break;
             }
-            let count = around.world.converter.next(input, at);
+            let count = self.count(channel, input, at, &mut around.world.converter);
             if let Err(fault) = around.memory.store(self.pointer, &count.to_le_bytes()) {
                 around.effects.fault = Some(fault);
                 return;
@@ -102,10 +142,10 @@ impl Saadc {
             self.room -= 1;
             self.amount += 1;
         }
-        self.common.raise(DONE, around);
-        self.common.raise(RESULT_DONE, around);
+        self.registers.raise(DONE, around);
+        self.registers.raise(RESULT_DONE, around);
         if self.room == 0 {
-            self.common.raise(END, around);
+            self.registers.raise(END, around);
         }
     }
 }
@@ -115,17 +155,17 @@ impl Peripheral for Saadc {
         match offset {
             0x400 => Some(u32::from(self.sampled.is_some())),
             0x634 => Some(self.amount),
-            _ => self.common.read(offset).or_else(|| self.kept.get(offset)),
+            _ => self.registers.read(offset),
         }
     }
 
     fn write(&mut self, offset: u32, value: u32, now: u64, around: &mut Around<'_>) -> Option<()> {
         match offset {
             0x000 => {
-                self.pointer = self.kept.value(POINTER);
-                self.room = self.kept.value(MAXIMUM);
+                self.pointer = self.registers.value(POINTER);
+                self.room = self.registers.value(MAXIMUM);
                 self.amount = 0;
-                self.common.raise(STARTED, around);
+                self.registers.raise(STARTED, around);
             }
             // Without room, or while a round is under way, nothing is sampled.
             0x004 if self.room > 0 && self.sampled.is_none() => {
@@ -135,16 +175,13 @@ impl Peripheral for Saadc {
             0x008 => {
                 self.room = 0;
                 self.sampled = None;
-                self.common.raise(STOPPED, around);
+                self.registers.raise(STOPPED, around);
             }
             0x00C => self.calibrated = Some(now + CALIBRATION_CYCLES),
             // Sampling by the converter's own timer is not modelled.
             0x5F8 if value >> 12 & 1 == 1 => return None,
             _ => {
-                return self
-                    .common
-                    .write(offset, value)
-                    .or_else(|| self.kept.set(offset, value));
+                return self.registers.write(offset, value);
             }
         }
         Some(())
@@ -157,7 +194,7 @@ impl Peripheral for Saadc {
     fn fire(&mut self, at: u64, around: &mut Around<'_>) {
         if self.calibrated == Some(at) {
             self.calibrated = None;
-            self.common.raise(CALIBRATED, around);
+            self.registers.raise(CALIBRATED, around);
         }
         if self.sampled == Some(at) {
             self.sampled = None;
@@ -166,6 +203,6 @@ impl Peripheral for Saadc {
     }
 
     fn line(&self) -> bool {
-        self.common.line()
+        self.registers.line()
     }
 }

@@ -1,6 +1,6 @@
 //! SPIM3: SPI with DMA, the chip as controller (PS 6.25).
 
-use super::{Around, CYCLES_PER_S, Common, Kept, Peripheral};
+use super::{Around, CYCLES_PER_S, Peripheral, registers::Registers};
 
 /// Address.
 pub const BASE: u32 = 0x4002_F000;
@@ -23,17 +23,16 @@ const WIRES: [u32; 3] = [0x508, 0x50C, 0x510];
 /// The controller.
 #[derive(Clone, Debug)]
 pub struct Spim {
-    common: Common,
-    kept: Kept,
+    registers: Registers,
     ends: Option<u64>,
     amounts: [u32; 2],
 }
 
 impl Default for Spim {
     fn default() -> Self {
-        let mut registers: Vec<(u32, u32)> = WIRES.map(|offset| (offset, u32::MAX)).to_vec();
+        let mut kept: Vec<(u32, u32)> = WIRES.map(|offset| (offset, u32::MAX)).to_vec();
         // PSEL.CSN; ENABLE, lists, CONFIG, timing, PSELDCX, DCXCNT, ORC.
-        registers.extend([
+        kept.extend([
             (0x514, u32::MAX),
             (0x56C, u32::MAX),
             (FREQUENCY, 0x0400_0000),
@@ -53,10 +52,9 @@ impl Default for Spim {
             0x570,
             FILLER,
         ];
-        registers.extend(zeros.map(|offset| (offset, 0)));
+        kept.extend(zeros.map(|offset| (offset, 0)));
         Self {
-            common: Common::new(BASE, 0x8_0152, 0),
-            kept: Kept::new(&registers),
+            registers: Registers::new(BASE, 0x8_0152, 0, &kept),
             ends: None,
             amounts: [0; 2],
         }
@@ -66,7 +64,7 @@ impl Default for Spim {
 impl Spim {
     /// PS 6.25.7.27: bits per second; 16 and 32 MHz have codes of their own.
     fn bits_per_s(&self) -> u64 {
-        match self.kept.value(FREQUENCY) {
+        match self.registers.value(FREQUENCY) {
             0x0A00_0000 => 16_000_000,
             0x1400_0000 => 32_000_000,
             code => u64::from(code) * 125_000 / 0x0200_0000,
@@ -74,13 +72,13 @@ impl Spim {
     }
 
     fn bytes(&self) -> u32 {
-        self.kept
+        self.registers
             .value(RECEIVE_MAXIMUM)
-            .max(self.kept.value(SEND_MAXIMUM))
+            .max(self.registers.value(SEND_MAXIMUM))
     }
 
     fn start(&mut self, now: u64, around: &mut Around<'_>) {
-        self.common.raise(STARTED, around);
+        self.registers.raise(STARTED, around);
         let bits = u64::from(self.bytes()) * 8;
         self.ends = Some(now + bits * CYCLES_PER_S / self.bits_per_s().max(1));
     }
@@ -88,17 +86,17 @@ impl Spim {
     /// Moves all bytes; the clock has had its time.
     fn exchange(&mut self, at: u64, around: &mut Around<'_>) -> Result<(), crate::MachineError> {
         let (to_send, to_receive) = (
-            self.kept.value(SEND_MAXIMUM),
-            self.kept.value(RECEIVE_MAXIMUM),
+            self.registers.value(SEND_MAXIMUM),
+            self.registers.value(RECEIVE_MAXIMUM),
         );
         let mut sent = vec![0; to_send as usize];
         around
             .memory
-            .load(self.kept.value(SEND_POINTER), &mut sent)?;
-        sent.resize(self.bytes() as usize, self.kept.value(FILLER) as u8);
-        let wires = WIRES.map(|offset| self.kept.value(offset));
+            .load(self.registers.value(SEND_POINTER), &mut sent)?;
+        sent.resize(self.bytes() as usize, self.registers.value(FILLER) as u8);
+        let wires = WIRES.map(|offset| self.registers.value(offset));
         // CONFIG: bit order, clock phase, clock polarity.
-        let mode = self.kept.value(CONFIG) & 7;
+        let mode = self.registers.value(CONFIG) & 7;
         let mut received: Vec<u8> = sent
             .iter()
             .map(|byte| around.world.spi(wires, mode, *byte, at))
@@ -106,7 +104,7 @@ impl Spim {
         received.truncate(to_receive as usize);
         around
             .memory
-            .store(self.kept.value(RECEIVE_POINTER), &received)?;
+            .store(self.registers.value(RECEIVE_POINTER), &received)?;
         self.amounts = [to_receive, to_send];
         Ok(())
     }
@@ -117,7 +115,7 @@ impl Peripheral for Spim {
         match offset {
             0x53C => Some(self.amounts[0]),
             0x54C => Some(self.amounts[1]),
-            _ => self.common.read(offset).or_else(|| self.kept.get(offset)),
+            _ => self.registers.read(offset),
         }
     }
 
@@ -126,13 +124,10 @@ impl Peripheral for Spim {
             0x010 => self.start(now, around),
             0x014 => {
                 self.ends = None;
-                self.common.raise(STOPPED, around);
+                self.registers.raise(STOPPED, around);
             }
             _ => {
-                return self
-                    .common
-                    .write(offset, value)
-                    .or_else(|| self.kept.set(offset, value));
+                return self.registers.write(offset, value);
             }
         }
         Some(())
@@ -152,11 +147,11 @@ impl Peripheral for Spim {
             return;
         }
         for event in [END_RECEIVE, END_SEND, END] {
-            self.common.raise(event, around);
+            self.registers.raise(event, around);
         }
     }
 
     fn line(&self) -> bool {
-        self.common.line()
+        self.registers.line()
     }
 }

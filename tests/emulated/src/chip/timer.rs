@@ -1,6 +1,6 @@
 //! TIMER: counts the 16 MHz clock, or what PPI tells it to (PS 6.30).
 
-use super::{Around, Common, Peripheral};
+use super::{Around, Peripheral, registers::Registers};
 
 const COMPARE: u32 = 16;
 const CHANNELS: usize = 6;
@@ -8,7 +8,7 @@ const CHANNELS: usize = 6;
 /// One timer.
 #[derive(Clone, Debug)]
 pub struct Timer {
-    common: Common,
+    registers: Registers,
     /// Whether COUNT counts, not the clock.
     counts_tasks: bool,
     width: u32,
@@ -26,7 +26,7 @@ impl Timer {
     #[must_use]
     pub fn new(base: u32) -> Self {
         Self {
-            common: Common::new(base, 0x3F_0000, 0x3F3F),
+            registers: Registers::new(base, 0x3F_0000, 0x3F3F, &[]),
             counts_tasks: false,
             width: 0,
             prescaler: 4,
@@ -85,11 +85,11 @@ impl Timer {
 
     /// What a match does: event, and the two shorts.
     fn matched(&mut self, n: usize, now: u64, around: &mut Around<'_>) {
-        self.common.raise(COMPARE + n as u32, around);
-        if self.common.shorts >> n & 1 == 1 {
+        self.registers.raise(COMPARE + n as u32, around);
+        if self.registers.short(n as u32) {
             self.restart(0, now);
         }
-        if self.common.shorts >> (8 + n) & 1 == 1 {
+        if self.registers.short(8 + n as u32) {
             self.base = self.count(now);
             self.running = false;
         }
@@ -103,7 +103,7 @@ impl Peripheral for Timer {
             0x508 => Some(self.width),
             0x510 => Some(self.prescaler),
             0x540..=0x554 => self.compare.get((offset as usize - 0x540) / 4).copied(),
-            _ => self.common.read(offset),
+            _ => self.registers.read(offset),
         }
     }
 
@@ -140,7 +140,7 @@ impl Peripheral for Timer {
                 self.restart_check(now);
                 *self.compare.get_mut((offset as usize - 0x540) / 4)? = value;
             }
-            _ => return self.common.write(offset, value),
+            _ => return self.registers.write(offset, value),
         }
         Some(())
     }
@@ -162,7 +162,7 @@ impl Peripheral for Timer {
     }
 
     fn line(&self) -> bool {
-        self.common.line()
+        self.registers.line()
     }
 }
 

@@ -1,6 +1,6 @@
 //! TWIM0: I2C with DMA, the chip as controller (PS 6.31).
 
-use super::{Around, CYCLES_PER_S, Common, Kept, Peripheral};
+use super::{Around, CYCLES_PER_S, CYCLES_PER_US, Peripheral, registers::Registers};
 
 /// Address.
 pub const BASE: u32 = 0x4000_3000;
@@ -23,6 +23,8 @@ const ADDRESS: u32 = 0x588;
 const WIRES: [u32; 2] = [0x508, 0x50C];
 /// A byte and its acknowledgement.
 const BITS: u64 = 9;
+/// How often a clock that a device holds low is looked at again; the chip has no time limit of its own (PS 6.31).
+const STALL_CYCLES: u64 = 100 * CYCLES_PER_US;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Phase {
@@ -34,8 +36,7 @@ enum Phase {
 /// The controller.
 #[derive(Clone, Debug)]
 pub struct Twim {
-    common: Common,
-    kept: Kept,
+    registers: Registers,
     errors: u32,
     amounts: [u32; 2],
     under_way: Option<(u64, Phase)>,
@@ -43,8 +44,8 @@ pub struct Twim {
 
 impl Default for Twim {
     fn default() -> Self {
-        let mut registers: Vec<(u32, u32)> = WIRES.map(|offset| (offset, u32::MAX)).to_vec();
-        registers.push((FREQUENCY, 0x0400_0000));
+        let mut kept: Vec<(u32, u32)> = WIRES.map(|offset| (offset, u32::MAX)).to_vec();
+        kept.push((FREQUENCY, 0x0400_0000));
         let zeros = [
             0x500,
             RECEIVE_POINTER,
@@ -55,10 +56,9 @@ impl Default for Twim {
             0x550,
             ADDRESS,
         ];
-        registers.extend(zeros.map(|offset| (offset, 0)));
+        kept.extend(zeros.map(|offset| (offset, 0)));
         Self {
-            common: Common::new(BASE, 0x19C_0202, 0x1F80),
-            kept: Kept::new(&registers),
+            registers: Registers::new(BASE, 0x19C_0202, 0x1F80, &kept),
             errors: 0,
             amounts: [0; 2],
             under_way: None,
@@ -69,17 +69,21 @@ impl Default for Twim {
 impl Twim {
     /// PS 6.31.7.32: 100, 250 or 400 kHz.
     fn bits_per_s(&self) -> u64 {
-        match self.kept.value(FREQUENCY) {
+        match self.registers.value(FREQUENCY) {
             0x0198_0000 => 100_000,
             0x0640_0000 => 400_000,
             _ => 250_000,
         }
     }
 
+    fn wires(&self) -> [u32; 2] {
+        WIRES.map(|offset| self.registers.value(offset))
+    }
+
     fn begin(&mut self, phase: Phase, now: u64) {
         let bytes = match phase {
-            Phase::Sending => 1 + u64::from(self.kept.value(SEND_MAXIMUM)),
-            Phase::Receiving => 1 + u64::from(self.kept.value(RECEIVE_MAXIMUM)),
+            Phase::Sending => 1 + u64::from(self.registers.value(SEND_MAXIMUM)),
+            Phase::Receiving => 1 + u64::from(self.registers.value(RECEIVE_MAXIMUM)),
             Phase::Stopping => 1,
         };
         self.under_way = Some((now + bytes * BITS * CYCLES_PER_S / self.bits_per_s(), phase));
@@ -91,28 +95,28 @@ impl Twim {
         at: u64,
         around: &mut Around<'_>,
     ) -> Result<(), crate::MachineError> {
-        let wires = WIRES.map(|offset| self.kept.value(offset));
-        let address = self.kept.value(ADDRESS) as u8;
+        let wires = self.wires();
+        let address = self.registers.value(ADDRESS) as u8;
         let acknowledged = if phase == Phase::Sending {
-            let mut bytes = vec![0; self.kept.value(SEND_MAXIMUM) as usize];
+            let mut bytes = vec![0; self.registers.value(SEND_MAXIMUM) as usize];
             around
                 .memory
-                .load(self.kept.value(SEND_POINTER), &mut bytes)?;
+                .load(self.registers.value(SEND_POINTER), &mut bytes)?;
             self.amounts[1] = bytes.len() as u32;
-            around.world.i2c_write(wires, address, &bytes)
+            around.world.i2c_write(wires, address, &bytes, at)
         } else {
-            let mut bytes = vec![0; self.kept.value(RECEIVE_MAXIMUM) as usize];
-            let acknowledged = around.world.i2c_read(wires, address, &mut bytes);
+            let mut bytes = vec![0; self.registers.value(RECEIVE_MAXIMUM) as usize];
+            let acknowledged = around.world.i2c_read(wires, address, &mut bytes, at);
             around
                 .memory
-                .store(self.kept.value(RECEIVE_POINTER), &bytes)?;
+                .store(self.registers.value(RECEIVE_POINTER), &bytes)?;
             self.amounts[0] = bytes.len() as u32;
             acknowledged
         };
         if !acknowledged {
             self.errors |= ADDRESS_REFUSED;
             self.amounts = [0; 2];
-            self.common.raise(ERROR, around);
+            self.registers.raise(ERROR, around);
             return Ok(());
         }
         let (last, first_short) = if phase == Phase::Sending {
@@ -120,9 +124,9 @@ impl Twim {
         } else {
             (LAST_RECEIVED, 10)
         };
-        self.common.raise(last, around);
+        self.registers.raise(last, around);
         // SHORTS: last byte to start of the other direction, to suspension, to stop.
-        let short = |number: u32| self.common.shorts >> (first_short + number) & 1 == 1;
+        let short = |number: u32| self.registers.short(first_short + number);
         if short(0) {
             self.start(
                 if phase == Phase::Sending {
@@ -134,7 +138,7 @@ impl Twim {
                 around,
             );
         } else if short(1) {
-            self.common.raise(SUSPENDED, around);
+            self.registers.raise(SUSPENDED, around);
         } else if short(2) {
             self.begin(Phase::Stopping, at);
         }
@@ -147,7 +151,7 @@ impl Twim {
         } else {
             RECEIVE_STARTED
         };
-        self.common.raise(started, around);
+        self.registers.raise(started, around);
         self.begin(phase, now);
     }
 }
@@ -158,7 +162,7 @@ impl Peripheral for Twim {
             ERRORSRC => Some(self.errors),
             0x53C => Some(self.amounts[0]),
             0x54C => Some(self.amounts[1]),
-            _ => self.common.read(offset).or_else(|| self.kept.get(offset)),
+            _ => self.registers.read(offset),
         }
     }
 
@@ -167,15 +171,12 @@ impl Peripheral for Twim {
             0x000 => self.start(Phase::Receiving, now, around),
             0x008 => self.start(Phase::Sending, now, around),
             0x014 => self.begin(Phase::Stopping, now),
-            0x01C => self.common.raise(SUSPENDED, around),
+            0x01C => self.registers.raise(SUSPENDED, around),
             // What was suspended goes on with the next start.
             0x020 => {}
             ERRORSRC => self.errors &= !value,
             _ => {
-                return self
-                    .common
-                    .write(offset, value)
-                    .or_else(|| self.kept.set(offset, value));
+                return self.registers.write(offset, value);
             }
         }
         Some(())
@@ -189,14 +190,18 @@ impl Peripheral for Twim {
         let Some((_, phase)) = self.under_way.take() else {
             return;
         };
+        if around.world.i2c_stalled(self.wires()) {
+            self.under_way = Some((at + STALL_CYCLES, phase));
+            return;
+        }
         if phase == Phase::Stopping {
-            self.common.raise(STOPPED, around);
+            self.registers.raise(STOPPED, around);
         } else if let Err(fault) = self.transfer(phase, at, around) {
             around.effects.fault = Some(fault);
         }
     }
 
     fn line(&self) -> bool {
-        self.common.line()
+        self.registers.line()
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use super::{Around, CYCLES_PER_S, Common, Kept, Peripheral};
+use super::{Around, CYCLES_PER_S, Peripheral, registers::Registers};
 
 /// Address of the first one.
 pub const BASE: u32 = 0x4000_2000;
@@ -35,8 +35,7 @@ struct Transfer {
 /// One port.
 #[derive(Clone, Debug)]
 pub struct Uarte {
-    common: Common,
-    kept: Kept,
+    registers: Registers,
     errors: u32,
     sending: Transfer,
     sent: Option<u64>,
@@ -52,10 +51,9 @@ impl Default for Uarte {
         let unconnected = [0x508, 0x50C, 0x510, 0x514].map(|offset| (offset, u32::MAX));
         let zero =
             [0x500, RECEIVE_POINTER, 0x538, SEND_POINTER, 0x548, 0x56C].map(|offset| (offset, 0));
-        let registers = [&unconnected[..], &zero[..], &[(BAUD, 0x0400_0000)]].concat();
+        let kept = [&unconnected[..], &zero[..], &[(BAUD, 0x0400_0000)]].concat();
         Self {
-            common: Common::new(BASE, 0x5A_0397, 0x60),
-            kept: Kept::new(&registers),
+            registers: Registers::new(BASE, 0x5A_0397, 0x60, &kept),
             errors: 0,
             sending: Transfer::default(),
             sent: None,
@@ -70,7 +68,7 @@ impl Default for Uarte {
 impl Uarte {
     /// Cycles of one byte on the line: PS 6.34.9.14, the rate is the register's value by 2^32 of 16 MHz.
     fn byte_cycles(&self) -> u64 {
-        let baud = (u64::from(self.kept.value(BAUD)) * 16_000_000) >> 32;
+        let baud = (u64::from(self.registers.value(BAUD)) * 16_000_000) >> 32;
         BITS * CYCLES_PER_S / baud.max(1)
     }
 
@@ -84,10 +82,10 @@ impl Uarte {
         self.sending.pointer += 1;
         self.sending.left -= 1;
         self.sending.amount += 1;
-        self.common.raise(SENT, around);
+        self.registers.raise(SENT, around);
         self.sent = (self.sending.left > 0).then(|| at + self.byte_cycles());
         if self.sent.is_none() {
-            self.common.raise(SEND_END, around);
+            self.registers.raise(SEND_END, around);
         }
     }
 
@@ -105,7 +103,7 @@ impl Uarte {
             if transfer.left == 0 {
                 self.received = transfer.amount;
                 self.receiving = None;
-                self.common.raise(RECEIVE_END, around);
+                self.registers.raise(RECEIVE_END, around);
             }
         }
     }
@@ -114,11 +112,11 @@ impl Uarte {
         if let Some(byte) = around.world.serial.to_send.pop_front() {
             if self.fifo.len() < FIFO_BYTES {
                 self.fifo.push_back(byte);
-                self.common.raise(RECEIVED, around);
+                self.registers.raise(RECEIVED, around);
                 self.store(around);
             } else {
                 self.errors |= 1;
-                self.common.raise(ERROR, around);
+                self.registers.raise(ERROR, around);
             }
         }
         let more = !around.world.serial.to_send.is_empty();
@@ -132,23 +130,23 @@ impl Uarte {
 
     fn start_receiving(&mut self, around: &mut Around<'_>) {
         self.receiving = Some(Transfer {
-            pointer: self.kept.value(RECEIVE_POINTER),
-            left: self.kept.value(0x538),
+            pointer: self.registers.value(RECEIVE_POINTER),
+            left: self.registers.value(0x538),
             amount: 0,
         });
-        self.common.raise(RECEIVE_STARTED, around);
+        self.registers.raise(RECEIVE_STARTED, around);
         self.store(around);
     }
 
     fn start_sending(&mut self, now: u64, around: &mut Around<'_>) {
         self.sending = Transfer {
-            pointer: self.kept.value(SEND_POINTER),
-            left: self.kept.value(0x548),
+            pointer: self.registers.value(SEND_POINTER),
+            left: self.registers.value(0x548),
             amount: 0,
         };
-        self.common.raise(SEND_STARTED, around);
+        self.registers.raise(SEND_STARTED, around);
         if self.sending.left == 0 {
-            self.common.raise(SEND_END, around);
+            self.registers.raise(SEND_END, around);
         } else {
             self.sent = Some(now + self.byte_cycles());
         }
@@ -161,7 +159,7 @@ impl Peripheral for Uarte {
             ERRORSRC => Some(self.errors),
             0x53C => Some(self.received),
             0x54C => Some(self.sending.amount),
-            _ => self.common.read(offset).or_else(|| self.kept.get(offset)),
+            _ => self.registers.read(offset),
         }
     }
 
@@ -171,21 +169,18 @@ impl Peripheral for Uarte {
             0x004 => {
                 if let Some(transfer) = self.receiving.take() {
                     self.received = transfer.amount;
-                    self.common.raise(RECEIVE_END, around);
+                    self.registers.raise(RECEIVE_END, around);
                 }
-                self.common.raise(RECEIVER_STOPPED, around);
+                self.registers.raise(RECEIVER_STOPPED, around);
             }
             0x008 => self.start_sending(now, around),
             0x00C => {
                 self.sent = None;
-                self.common.raise(SENDER_STOPPED, around);
+                self.registers.raise(SENDER_STOPPED, around);
             }
             ERRORSRC => self.errors &= !value,
             _ => {
-                return self
-                    .common
-                    .write(offset, value)
-                    .or_else(|| self.kept.set(offset, value));
+                return self.registers.write(offset, value);
             }
         }
         Some(())
@@ -205,6 +200,6 @@ impl Peripheral for Uarte {
     }
 
     fn line(&self) -> bool {
-        self.common.line()
+        self.registers.line()
     }
 }

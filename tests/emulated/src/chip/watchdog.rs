@@ -1,22 +1,22 @@
-//! WDT: starts the chip anew when it is not fed (PS 6.36).
+//! WDT: starts the chip anew when it is not fed (PS 6.36). Nothing stops it once it runs.
 
-use super::{Around, Common, Kept, Peripheral, Reset, cycles_to_slow, slow_to_cycles};
+use super::{Around, Peripheral, Reset, cycles_to_slow, registers::Registers, slow_to_cycles};
 
 /// Address.
 pub const BASE: u32 = 0x4001_0000;
 const TIMEOUT: u32 = 0;
 /// PS 6.36.4.9: what a reload request is written as.
 const RELOAD: u32 = 0x6E52_4635;
-/// PS 6.36: the reset follows the event by two periods of the 32,768 Hz clock.
+/// PS 6.36.3: when the event interrupts, the reset follows it by two periods of the 32,768 Hz clock; else at once.
 const GRACE_PERIODS: u64 = 2;
 const RELOAD_VALUE: u32 = 0x504;
 const ENABLED: u32 = 0x508;
+const CONFIG: u32 = 0x50C;
 
 /// The watchdog and its eight handles.
 #[derive(Clone, Debug)]
 pub struct Watchdog {
-    common: Common,
-    kept: Kept,
+    registers: Registers,
     /// Period of the 32,768 Hz clock at which it expires.
     expires: Option<u64>,
     expired: bool,
@@ -26,10 +26,9 @@ pub struct Watchdog {
 
 impl Default for Watchdog {
     fn default() -> Self {
+        let kept = [(RELOAD_VALUE, u32::MAX), (ENABLED, 1), (CONFIG, 1)];
         Self {
-            common: Common::new(BASE, 1, 0),
-            // CRV, RREN, CONFIG.
-            kept: Kept::new(&[(RELOAD_VALUE, u32::MAX), (ENABLED, 1), (0x50C, 1)]),
+            registers: Registers::new(BASE, 1, 0, &kept),
             expires: None,
             expired: false,
             waiting: 0,
@@ -38,10 +37,21 @@ impl Default for Watchdog {
 }
 
 impl Watchdog {
+    /// What a reset makes of it: one by software does not stop it, and its configuration stays locked (PS 5.3.6).
+    #[must_use]
+    pub fn after(&self, reset: Reset) -> Self {
+        if reset.spares_watchdog() {
+            self.clone()
+        } else {
+            Self::default()
+        }
+    }
+
+    /// PS 6.36: (CRV + 1) / 32,768 s.
     fn reload(&mut self, now: u64) {
-        let periods = u64::from(self.kept.value(RELOAD_VALUE)) + 1;
+        let periods = u64::from(self.registers.value(RELOAD_VALUE)) + 1;
         self.expires = Some(cycles_to_slow(now) + periods);
-        self.waiting = self.kept.value(ENABLED);
+        self.waiting = self.registers.value(ENABLED) & 0xFF;
     }
 }
 
@@ -50,30 +60,28 @@ impl Peripheral for Watchdog {
         match offset {
             0x400 => Some(u32::from(self.expires.is_some())),
             0x404 => Some(self.waiting),
-            _ => self.common.read(offset).or_else(|| self.kept.get(offset)),
+            _ => self.registers.read(offset),
         }
     }
 
     fn write(&mut self, offset: u32, value: u32, now: u64, _around: &mut Around<'_>) -> Option<()> {
+        let running = self.expires.is_some();
         match offset {
-            0x000 if self.expires.is_none() => self.reload(now),
+            0x000 if !running => self.reload(now),
             0x000 => {}
             0x600..=0x61C => {
                 if value == RELOAD {
                     self.waiting &= !(1 << ((offset - 0x600) / 4));
                 }
-                if self.expires.is_some() && self.waiting == 0 && !self.expired {
+                if running && self.waiting == 0 && !self.expired {
                     self.reload(now);
                 }
             }
             // PS 6.36: configuration is locked while it runs.
-            RELOAD_VALUE..=0x50C if self.expires.is_some() => {}
-            _ => {
-                return self
-                    .common
-                    .write(offset, value)
-                    .or_else(|| self.kept.set(offset, value));
-            }
+            RELOAD_VALUE..=CONFIG if running => {}
+            // A pause while the processor sleeps is not modelled.
+            CONFIG if value & 1 == 0 => return None,
+            _ => return self.registers.write(offset, value),
         }
         Some(())
     }
@@ -84,16 +92,16 @@ impl Peripheral for Watchdog {
     }
 
     fn fire(&mut self, _at: u64, around: &mut Around<'_>) {
-        if self.expired {
-            self.expires = None;
+        let interrupts = self.registers.enabled() >> TIMEOUT & 1 == 1;
+        if self.expired || !interrupts {
             around.effects.reset = Some(Reset::Watchdog);
-        } else {
-            self.expired = true;
-            self.common.raise(TIMEOUT, around);
+            return;
         }
+        self.expired = true;
+        self.registers.raise(TIMEOUT, around);
     }
 
     fn line(&self) -> bool {
-        self.common.line()
+        self.registers.line()
     }
 }

@@ -7,6 +7,7 @@ use crate::chip::{CYCLES_PER_S, CYCLES_PER_US};
 
 /// Registers 0x00 ID to 0x19 WCT2: table 16.
 const REGISTERS: usize = 0x1A;
+const MOST_CHANNELS: usize = 8;
 const CONFIG1: usize = 0x01;
 const CONFIG2: usize = 0x02;
 const CHANNEL_1: usize = 0x05;
@@ -33,6 +34,15 @@ pub struct Wires {
     pub reset: Option<u32>,
 }
 
+/// What one conversion made of the inputs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Conversion {
+    /// Cycle at which DRDY fell, or should have.
+    pub at: u64,
+    /// Of each channel, signed 24 bits; zero beyond the device's channels.
+    pub counts: [i32; MOST_CHANNELS],
+}
+
 /// One device.
 #[derive(Clone, Debug)]
 pub struct Ads129x {
@@ -44,10 +54,16 @@ pub struct Ads129x {
     pub lead_off: [u8; 2],
     /// Conversions whose falling edge of DRDY never comes: by number.
     pub missed_edges: Vec<u64>,
+    /// DRDY is stuck at this level.
+    pub stuck_ready: Option<bool>,
     /// DOUT is stuck at this level.
     pub dead: Option<bool>,
-    /// Cycle of each conversion so far.
-    pub converted: Vec<u64>,
+    /// What the ID register reads instead of its own value.
+    pub wrong_identity: Option<u8>,
+    /// Conversions that are sent shifted to the left, as after clock edges too many, and by how many bits.
+    pub slipped: Vec<(u64, u32)>,
+    /// Conversions so far.
+    pub converted: Vec<Conversion>,
     channels: usize,
     registers: [u8; REGISTERS],
     continuous: bool,
@@ -78,7 +94,10 @@ impl Ads129x {
             signals,
             lead_off: [0; 2],
             missed_edges: Vec::new(),
+            stuck_ready: None,
             dead: None,
+            wrong_identity: None,
+            slipped: Vec::new(),
             converted: Vec::new(),
             channels,
             registers: [0; REGISTERS],
@@ -112,6 +131,12 @@ impl Ads129x {
         self.output.clear();
     }
 
+    /// Its registers as after power came; what is wrong with it stays wrong.
+    pub fn cycle_power(&mut self) {
+        self.reset();
+        self.pin_started = false;
+    }
+
     /// A register, as the chip left it.
     #[must_use]
     pub fn register(&self, number: usize) -> Option<u8> {
@@ -121,7 +146,7 @@ impl Ads129x {
     /// Level of DRDY.
     #[must_use]
     pub fn ready_level(&self) -> bool {
-        !self.ready_low
+        self.stuck_ready.unwrap_or(!self.ready_low)
     }
 
     /// Conversions per second: table 18, high resolution by CONFIG1 bit 7.
@@ -137,6 +162,8 @@ impl Ads129x {
         if !reset {
             self.reset();
         }
+        // While it is held in reset the level of START means nothing.
+        let start = start && reset;
         if start != self.pin_started {
             self.pin_started = start;
             self.started(now);
@@ -185,8 +212,13 @@ impl Ads129x {
             return;
         }
         let number = self.converted.len() as u64;
-        self.converted.push(at);
+        let counts = std::array::from_fn(|channel| self.count(channel, number));
+        self.converted.push(Conversion { at, counts });
         self.output = self.frame(number);
+        let slip = self.slipped.iter().find(|(slipped, _)| *slipped == number);
+        if let Some((_, bits)) = slip {
+            shift_left(&mut self.output, *bits);
+        }
         self.sent = 0;
         self.ready_low = !self.missed_edges.contains(&number);
         self.next = Some(next + self.period());
@@ -213,6 +245,9 @@ impl Ads129x {
 
     /// Section 9.6.1.5, CHnSET: power-down, shorted, test signal, or the electrode.
     fn count(&self, channel: usize, number: u64) -> i32 {
+        if channel >= self.channels {
+            return 0;
+        }
         let setting = self.registers[CHANNEL_1 + channel];
         if setting & 0x80 != 0 {
             return 0;
@@ -265,6 +300,11 @@ impl Ads129x {
                     let end = (first + count).min(REGISTERS);
                     self.output = self.registers[first.min(end)..end].to_vec();
                     self.sent = 0;
+                    if let (0, Some(wrong), Some(identity)) =
+                        (first, self.wrong_identity, self.output.first_mut())
+                    {
+                        *identity = wrong;
+                    }
                 }
             }
             Some(Argument::Values { next, left }) => {
@@ -297,7 +337,13 @@ impl Ads129x {
     /// Table 15.
     fn command(&mut self, byte: u8, now: u64) {
         match byte {
-            0x06 => self.reset(),
+            0x06 => {
+                self.reset();
+                // START still being high, conversions begin again.
+                if self.pin_started {
+                    self.started(now);
+                }
+            }
             0x08 => {
                 self.commanded = true;
                 self.started(now);
@@ -321,6 +367,16 @@ impl Ads129x {
                 });
             }
             _ => {}
+        }
+    }
+}
+
+/// Loses the first `bits`; zeros follow the last.
+fn shift_left(bytes: &mut [u8], bits: u32) {
+    for _ in 0..bits {
+        let mut carry = 0;
+        for byte in bytes.iter_mut().rev() {
+            (*byte, carry) = (*byte << 1 | carry, *byte >> 7);
         }
     }
 }

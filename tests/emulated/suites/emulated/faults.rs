@@ -1,7 +1,7 @@
 //! What the machine refuses, and what the image does when things go wrong.
 
 use tonus_emulated::error::Access;
-use tonus_emulated::{Image, Machine, MachineError, Stop};
+use tonus_emulated::{Damage, Image, Machine, MachineError, Stop};
 use tonus_shared::wire::{Packet, StreamFlags};
 
 use super::{frames, image, recording, wearer};
@@ -26,39 +26,23 @@ fn the_image_starts_and_logs_nothing_bad() {
     assert!(bad.is_empty(), "{bad:?}");
 }
 
-/// A place in source code as the compiler lays it out (`core::panic::Location`): name, its length, line, column.
-fn location(image: &Image) -> (u32, String) {
-    (0..image.flash.len() as u32 - 16)
-        .step_by(4)
-        .find_map(|at| {
-            let [name, length, line, column] =
-                [0, 4, 8, 12].map(|field| image.word(at + field).unwrap());
-            let bytes = image
-                .flash
-                .get(name as usize..(name as usize).checked_add(length as usize)?)?;
-            let name = std::str::from_utf8(bytes).ok()?;
-            let plausible =
-                name.ends_with(".rs") && (1..5000).contains(&line) && (1..200).contains(&column);
-            plausible.then(|| (at, format!("{name}:{line}:{column}")))
-        })
-        .expect("some function can panic")
-}
-
 #[test]
 fn a_panic_stops_with_its_place_and_its_message() {
     let mut machine = started();
-    let (place, name) = location(machine.image());
-    let panic = machine.image().symbol("core9panicking5panic").unwrap();
-    // `panic(message, at)`: the message is the name of the file here.
-    let [text, length] = [0, 4].map(|field| machine.image().word(place + field).unwrap());
-    machine.jump(panic, &[text, length, place]).unwrap();
+    let place = machine.image().panic_place().unwrap();
+    // What hands packets to the transport.
+    let leave = ["signal_path", "leave"];
+    machine.damage(&leave, Damage::Panic).unwrap();
     let Err(MachineError::Undefined { pc, log, .. }) = machine.run_until(STARTED_US + 100_000)
     else {
         panic!("no panic: {:#?}", machine.log());
     };
     assert!(machine.image().function(pc) != "no function");
-    assert!(log.contains(&format!("panicked at {name}")), "{log}");
-    assert!(log.contains(&name[..length as usize]), "{log}");
+    assert!(
+        log.contains(&format!("panicked at {}", place.text)),
+        "{log}"
+    );
+    assert!(log.contains(&place.text[..place.length as usize]), "{log}");
 }
 
 #[test]

@@ -6,7 +6,10 @@
     reason = "test suite"
 )]
 
+mod bare;
+mod damaged;
 mod faults;
+mod guest;
 mod receiving;
 mod recording;
 mod streaming;
@@ -72,9 +75,15 @@ fn ran(world: World, us: u64) -> Machine {
 /// What the chip sent so far: every frame with the time, in microseconds, at which its block was complete. Nothing
 /// else may be on the line.
 fn frames(machine: &Machine) -> Vec<(u64, Frame)> {
+    frames_since(machine, 0)
+}
+
+/// The same from a time on, at which no frame was on the line or the chip was reset.
+fn frames_since(machine: &Machine, from_us: u64) -> Vec<(u64, Frame)> {
     let mut unframer: Unframer = Unframer::new();
     let mut frames = Vec::new();
-    for (cycle, byte) in &machine.world().unwrap().serial.sent {
+    let sent = machine.world().unwrap().serial.sent.iter();
+    for (cycle, byte) in sent.filter(|(cycle, _)| *cycle >= from_us * 64) {
         if let Some(bytes) = unframer.push(*byte).unwrap() {
             frames.push((cycle / 64, decode(bytes).unwrap()));
         }

@@ -98,3 +98,125 @@ fn faults_are_made_as_asked() {
     device.dead = Some(true);
     assert_eq!(exchange(&mut device, &[0; 2]), [0xFF, 0xFF]);
 }
+
+/// One that converts continuously, 1000 times a second.
+fn running() -> Ads129x {
+    let mut device = device();
+    exchange(&mut device, &[0x11, 0x41, 0x00, 0x85, 0x10, 0x08]);
+    device
+}
+
+/// Runs until the next conversion.
+fn convert(device: &mut Ads129x) {
+    let before = device.converted.len();
+    while device.converted.len() == before {
+        let at = device.deadline().unwrap();
+        device.fire(at);
+    }
+}
+
+#[test]
+fn conversions_are_recorded_with_their_cycle_and_counts() {
+    let mut device = running();
+    for _ in 0..3 {
+        convert(&mut device);
+    }
+    let first = 4 * 64_000;
+    let counts = |first: i32| [first, 0x7F_FFFF, -0x80_0000, 0, 0, 0, 0, 0];
+    let expected = [(first, 1), (first + 64_000, -2), (first + 128_000, 1)];
+    assert_eq!(
+        device.converted,
+        expected.map(|(at, count)| Conversion {
+            at,
+            counts: counts(count)
+        })
+    );
+}
+
+#[test]
+fn lost_edges_lose_no_conversion() {
+    let mut device = running();
+    device.missed_edges = (1..4).collect();
+    let levels: Vec<bool> = (0..5)
+        .map(|_| {
+            convert(&mut device);
+            device.ready_level()
+        })
+        .collect();
+    assert_eq!(levels, [false, true, true, true, false]);
+    assert_eq!(device.converted.len(), 5);
+    // The fifth is the first signal's first again.
+    assert_eq!(exchange(&mut device, &[0; 6])[3..], [0, 0, 1]);
+}
+
+#[test]
+fn a_held_ready_line_does_not_move() {
+    for level in [false, true] {
+        let mut device = running();
+        device.stuck_ready = Some(level);
+        for _ in 0..3 {
+            convert(&mut device);
+            assert_eq!(device.ready_level(), level);
+            exchange(&mut device, &[0; 15]);
+            assert_eq!(device.ready_level(), level);
+        }
+    }
+}
+
+#[test]
+fn a_slip_shifts_one_frame_by_its_bits() {
+    let mut device = running();
+    device.slipped = vec![(1, 1), (2, 9)];
+    convert(&mut device);
+    assert_eq!(exchange(&mut device, &[0; 3]), [0xC0, 0, 0]);
+    device.pins(false, true, false, 0);
+    device.pins(false, true, true, 0);
+    convert(&mut device);
+    // 0xC00000 FFFFFE 7FFFFF 800000, by one bit: the header is 1000, no longer 1100.
+    assert_eq!(
+        exchange(&mut device, &[0; 12]),
+        [0x80, 0, 1, 0xFF, 0xFF, 0xFC, 0xFF, 0xFF, 0xFF, 0, 0, 0]
+    );
+    device.pins(false, true, false, 0);
+    device.pins(false, true, true, 0);
+    convert(&mut device);
+    // 0xC00000 000001 7FFFFF by nine.
+    assert_eq!(exchange(&mut device, &[0; 6]), [0, 0, 0, 0, 0x02, 0xFF]);
+}
+
+#[test]
+fn a_wrong_identity_is_read_alone_and_in_a_row() {
+    let mut device = device();
+    device.wrong_identity = Some(0xFF);
+    exchange(&mut device, &[0x11]);
+    assert_eq!(exchange(&mut device, &[0x20, 0, 0])[2], 0xFF);
+    assert_eq!(exchange(&mut device, &[0x20, 1, 0, 0])[2..], [0xFF, 0x06]);
+    assert_eq!(exchange(&mut device, &[0x21, 0, 0])[2], 0x06);
+}
+
+#[test]
+fn power_takes_its_registers_and_leaves_its_faults() {
+    let mut device = running();
+    convert(&mut device);
+    device.dead = Some(false);
+    device.cycle_power();
+    assert_eq!((device.rate_hz(), device.deadline()), (250, None));
+    assert_eq!(device.converted.len(), 1);
+    assert_eq!(exchange(&mut device, &[0]), [0]);
+    assert_eq!(device.dead, Some(false));
+}
+
+#[test]
+fn conversions_begin_again_after_a_reset_if_start_is_high() {
+    let mut device = device();
+    device.pins(true, true, true, 0);
+    let period = 256_000;
+    assert_eq!(device.deadline(), Some(4 * period));
+    // By command, at cycle 0; by pin, which holds it as long as it is low.
+    exchange(&mut device, &[0x06]);
+    assert_eq!(device.deadline(), Some(4 * period));
+    device.pins(true, false, true, 500);
+    assert_eq!(device.deadline(), None);
+    device.pins(true, true, true, 1_000);
+    assert_eq!(device.deadline(), Some(1_000 + 4 * period));
+}
