@@ -21,7 +21,7 @@ use crate::error::{Access, MachineError};
 use crate::system::{self, System};
 use crate::world::World;
 
-/// Addresses of the timers and counters (PS 4.2.3), and their interrupts.
+/// Addresses of the timers and counters (PS 4.2, "Instantiation"), and their interrupts.
 const TIMERS: [(u32, u32); 5] = [
     (0x4000_8000, 8),
     (0x4000_9000, 9),

@@ -76,7 +76,7 @@ pub enum MachineError {
     Engine(String),
 }
 
-/// How flash must not be written (PS 4.3.1).
+/// How flash must not be written (PS 4.3, "Writing to flash").
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum FlashMisuse {
     /// Fewer bytes than a word, or a word at no multiple of four: a hard fault on the chip.

@@ -6,7 +6,7 @@ use crate::image::FLASH_BYTES;
 
 /// What is erased at once.
 pub const PAGE_BYTES: usize = 4096;
-/// PS 4.3.9, nWRITE: how often a word may be written before its page is erased.
+/// PS 4.3, electrical specification, nWRITE: how often a word may be written before its page is erased.
 const MOST_WRITES: u8 = 2;
 /// An operation that came to its end.
 const WHOLE: u32 = 256;

@@ -6,11 +6,11 @@ use crate::image::FLASH_BYTES;
 
 /// Address.
 pub const BASE: u32 = 0x4001_E000;
-/// PS 4.3.9: t_ERASEPAGE, at most 85 ms.
+/// PS 4.3, electrical specification: t_ERASEPAGE, at most 85 ms.
 pub const ERASE_CYCLES: u64 = 85_000 * CYCLES_PER_US;
-/// PS 4.3.9: t_WRITE, at most 41 us a word.
+/// PS 4.3, electrical specification: t_WRITE, at most 41 us a word.
 pub const WRITE_CYCLES: u64 = 41 * CYCLES_PER_US;
-/// PS 4.3.9, t_ERASEPAGEPARTIAL,acc: a part takes at most 1.05 times what it is set to.
+/// PS 4.3, electrical specification, t_ERASEPAGEPARTIAL,acc: a part takes at most 1.05 times what it is set to.
 const PART_PER_CENT: u64 = 105;
 const MODE: u32 = 0x504;
 const ERASE_PAGE: u32 = 0x508;
@@ -31,7 +31,7 @@ pub struct Nvmc {
 
 impl Default for Nvmc {
     fn default() -> Self {
-        // PS 4.3.8: a part takes 10 ms unless told otherwise; ICACHECNF.
+        // PS 4.3, register ERASEPAGEPARTIALCFG: a part takes 10 ms unless told otherwise; ICACHECNF.
         let kept = [(MODE, 0), (PART_MS, 10), (0x540, 0)];
         Self {
             registers: Registers::new(BASE, 0, 0, &kept),

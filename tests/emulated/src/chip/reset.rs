@@ -1,6 +1,6 @@
-//! Why the chip starts again, and what each reason leaves alone (PS 5.3.6, table "Reset behavior").
+//! Why the chip starts again, and what each reason leaves alone (PS 5.3, "Reset behavior").
 
-/// Why the chip starts (RESETREAS: PS 5.3.7.13).
+/// Why the chip starts (PS 5.3, register RESETREAS).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reset {
     /// The power came back: only the flash is as it was.

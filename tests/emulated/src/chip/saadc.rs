@@ -14,13 +14,13 @@ const STOPPED: u32 = 5;
 const CHANNELS: u32 = 8;
 const POINTER: u32 = 0x62C;
 const MAXIMUM: u32 = 0x630;
-/// PS 6.23.9: tCONV, below 2 us, after the acquisition time.
+/// PS 6.23, electrical specification: tCONV, below 2 us, after the acquisition time.
 const CONVERSION_CYCLES: u64 = 2 * CYCLES_PER_US;
 /// The specification states no duration of the offset calibration; this is one of ours.
 const CALIBRATION_CYCLES: u64 = 100 * CYCLES_PER_US;
-/// PS 6.23.11.26: CONFIG.TACQ in us.
+/// PS 6.23, register CH[n].CONFIG: TACQ in us.
 const ACQUISITION_US: [u64; 6] = [3, 5, 10, 15, 20, 40];
-/// PS 6.23.11.24, PSELP: the chip's own supplies; VDDH comes through a divider by five.
+/// PS 6.23, register CH[n].PSELP: the chip's own supplies; VDDH comes through a divider by five.
 const VDD: u32 = 9;
 const VDDH_BY_5: u32 = 13;
 /// CONFIG.GAIN: 1/6, 1/5, 1/4, 1/3, 1/2, 1, 2, 4.
@@ -84,8 +84,8 @@ impl Saadc {
         self.registers.value(0x518 + 16 * channel)
     }
 
-    /// PS 6.23.2: RESULT = V GAIN / REFERENCE 2^(RESOLUTION - m), m = 1 for a difference; its ends are hard. The
-    /// voltage is `mv` by `divider`.
+    /// PS 6.23, "Digital output": RESULT = V GAIN / REFERENCE 2^(RESOLUTION - m), m = 1 for a difference; its ends are
+    /// hard. The voltage is `mv` by `divider`.
     fn supply_count(&self, channel: u32, mv: u32, divider: u64, vdd_mv: u32) -> i16 {
         let configuration = self.configuration(channel);
         let gain = GAIN_SIXTIETHS[(configuration >> 8 & 7) as usize];

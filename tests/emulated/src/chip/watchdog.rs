@@ -5,9 +5,10 @@ use super::{Around, Peripheral, Reset, cycles_to_slow, registers::Registers, slo
 /// Address.
 pub const BASE: u32 = 0x4001_0000;
 const TIMEOUT: u32 = 0;
-/// PS 6.36.4.9: what a reload request is written as.
+/// PS 6.36, register RR[n]: what a reload request is written as.
 const RELOAD: u32 = 0x6E52_4635;
-/// PS 6.36.3: when the event interrupts, the reset follows it by two periods of the 32,768 Hz clock; else at once.
+/// PS 6.36, "Watchdog reset": when the event interrupts, the reset follows it by two periods of the 32,768 Hz clock;
+/// else at once.
 const GRACE_PERIODS: u64 = 2;
 const RELOAD_VALUE: u32 = 0x504;
 const ENABLED: u32 = 0x508;
@@ -37,7 +38,8 @@ impl Default for Watchdog {
 }
 
 impl Watchdog {
-    /// What a reset makes of it: one by software does not stop it, and its configuration stays locked (PS 5.3.6).
+    /// What a reset makes of it: one by software does not stop it, and its configuration stays locked (PS 5.3, "Reset
+    /// behavior").
     #[must_use]
     pub fn after(&self, reset: Reset) -> Self {
         if reset.spares_watchdog() {

@@ -2,7 +2,7 @@
 
 use crate::chip::CYCLES_PER_S;
 
-/// WHO_AM_I and its value: section 9.11 of the datasheet.
+/// WHO_AM_I and its value.
 const IDENTITY: (u8, u8) = (0x0F, 0x6C);
 /// CTRL1_XL and CTRL2_G: output rates of accelerometer and gyroscope.
 const RATES: [u8; 2] = [0x10, 0x11];
@@ -80,7 +80,7 @@ impl Lsm6dso {
         self.registers[usize::from(number)]
     }
 
-    /// ODR_XL and ODR_G, tables 43 and 46: 12.5 Hz, doubled with every code; nothing in power-down or unless both
+    /// ODR_XL of CTRL1_XL and ODR_G of CTRL2_G: 12.5 Hz, doubled with every code; nothing in power-down or unless both
     /// run alike.
     fn rate_mhz(&self) -> Option<u64> {
         let [code, other] = RATES.map(|register| self.registers[usize::from(register)] >> 4);

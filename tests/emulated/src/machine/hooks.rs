@@ -119,7 +119,7 @@ fn before_flash_write(engine: &mut Engine<'_>, address: u32, size: usize, value:
     read
 }
 
-/// Makes of the words that the image wrote what flash makes of them (PS 4.3.1).
+/// Makes of the words that the image wrote what flash makes of them (PS 4.3, "Writing to flash").
 fn finish_flash_writes(engine: &mut Engine<'_>) {
     if engine.get_data().written.is_empty() {
         return;
