@@ -1,5 +1,7 @@
 //! The image: what goes to flash, and which function is where.
 
+mod inlined;
+
 use goblin::elf::{Elf, program_header::PT_LOAD, sym::STT_FUNC};
 
 use crate::error::MachineError;
@@ -16,9 +18,20 @@ pub struct Image {
     pub flash: Vec<u8>,
     /// The file itself: its log strings are not in the flash.
     pub elf: Vec<u8>,
-    /// Start, end and name of every function, by start.
-    functions: Vec<(u32, u32, String)>,
+    /// By start.
+    functions: Vec<Function>,
     symbols: Vec<(String, u32)>,
+}
+
+/// Code of a function.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Function {
+    /// Address of its first instruction.
+    pub start: u32,
+    /// Address behind its last one.
+    pub end: u32,
+    /// Name as the linker knows it: mangled.
+    pub name: String,
 }
 
 /// A place in source code, in the image.
@@ -80,7 +93,11 @@ impl Image {
             let start = symbol.st_value as u32;
             if symbol.st_type() == STT_FUNC {
                 let start = start & !1;
-                functions.push((start, start + symbol.st_size as u32, name.to_owned()));
+                functions.push(Function {
+                    start,
+                    end: start + symbol.st_size as u32,
+                    name: name.to_owned(),
+                });
             }
             symbols.push((name.to_owned(), start));
         }
@@ -112,33 +129,29 @@ impl Image {
     /// Name of the function around an address.
     #[must_use]
     pub fn function(&self, pc: u32) -> &str {
-        let behind = self.functions.partition_point(|(start, ..)| *start <= pc);
+        let behind = self
+            .functions
+            .partition_point(|function| function.start <= pc);
         behind
             .checked_sub(1)
             .and_then(|place| self.functions.get(place))
-            .filter(|(_, end, _)| pc < *end)
-            .map_or("no function", |(.., name)| name)
+            .filter(|function| pc < function.end)
+            .map_or("no function", |function| &function.name)
     }
 
-    /// Start and name of every function whose name holds these parts in this order.
+    /// Every function whose name holds these parts in this order, and every place that the compiler put such a
+    /// function into.
     ///
     /// # Errors
-    /// `NoFunction`.
-    pub fn functions_named(&self, parts: &[&str]) -> Result<Vec<(u32, String)>, MachineError> {
-        let holds = |name: &str| {
-            let behind = |rest: &'_ str, part: &str| rest.find(part).map(|at| at + part.len());
-            parts
-                .iter()
-                .try_fold(0, |from, part| {
-                    behind(name.get(from..)?, part).map(|to| from + to)
-                })
-                .is_some()
-        };
-        let found: Vec<(u32, String)> = self
-            .functions
-            .iter()
-            .filter(|(.., name)| holds(name))
-            .map(|(start, _, name)| (*start, name.clone()))
+    /// `NoFunction`; `NotAnImage` for debug information that cannot be read.
+    pub fn functions_named(&self, parts: &[&str]) -> Result<Vec<Function>, MachineError> {
+        let refuse = |reason: String| MachineError::NotAnImage { reason };
+        let elf = Elf::parse(&self.elf).map_err(|error| refuse(error.to_string()))?;
+        let inlined = inlined::functions(&elf, &self.elf);
+        let inlined = inlined.map_err(|error| refuse(error.to_string()))?;
+        let all = self.functions.iter().cloned().chain(inlined);
+        let found: Vec<Function> = all
+            .filter(|function| holds(&function.name, parts))
             .collect();
         if found.is_empty() {
             return Err(MachineError::NoFunction {
@@ -210,4 +223,14 @@ impl Image {
             .filter(move |(_, pair)| *pair == value.to_le_bytes())
             .map(|(place, _)| place as u32 * 2)
     }
+}
+
+/// Whether a text holds these parts in this order.
+fn holds(text: &str, parts: &[&str]) -> bool {
+    let mut rest = text;
+    parts.iter().all(|part| {
+        let behind = rest.find(part).and_then(|at| rest.get(at + part.len()..));
+        rest = behind.unwrap_or_default();
+        behind.is_some()
+    })
 }

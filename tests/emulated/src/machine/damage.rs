@@ -3,6 +3,7 @@
 use super::hooks::ENDLESS_LOOP;
 use super::state::engine_error;
 use super::{Machine, MachineError};
+use crate::image::Function;
 
 /// `udf #0`.
 const UNDEFINED: u16 = 0xDE00;
@@ -21,8 +22,8 @@ pub enum Damage {
 }
 
 impl Machine {
-    /// Breaks every function whose (mangled) name holds these parts in this order, until [`Self::mend`]; resets do
-    /// not mend it. Gives the names.
+    /// Breaks every function whose (mangled) name holds these parts in this order, also where the compiler put it into
+    /// others, until [`Self::mend`]; resets do not mend it. Gives the names.
     ///
     /// # Errors
     /// `NoFunction` for no such name, and for a panic in an image that cannot panic; the emulator's.
@@ -32,15 +33,24 @@ impl Machine {
             Damage::Panic => Some(self.put_panic()?),
             _ => None,
         };
-        for (start, _) in &functions {
+        for Function { start, end, .. } in &functions {
             let code = match (damage, stub) {
                 (Damage::Hang, _) => ENDLESS_LOOP.to_le_bytes().to_vec(),
                 (_, Some(stub)) => branch(*start, stub).to_vec(),
                 (_, None) => UNDEFINED.to_le_bytes().to_vec(),
             };
-            self.overwrite(*start, &code)?;
+            // A place too small for it belongs to a function with other places.
+            if code.len() <= (end - start) as usize {
+                self.overwrite(*start, &code)?;
+            }
         }
-        Ok(functions.into_iter().map(|(_, name)| name).collect())
+        let mut names: Vec<String> = functions
+            .into_iter()
+            .map(|function| function.name)
+            .collect();
+        names.sort();
+        names.dedup();
+        Ok(names)
     }
 
     /// Puts everything right again.
@@ -58,11 +68,9 @@ impl Machine {
     fn put_panic(&mut self) -> Result<u32, MachineError> {
         let place = self.image.panic_place()?;
         let panic = self.image.functions_named(&["core", "9panicking5panic"])?;
-        let Some((function, _)) = panic.first() else {
-            return Ok(0);
-        };
         let stub = self.image.end();
-        let words = [place.name, place.length, place.address, function | 1];
+        let function = panic.first().map_or(0, |panic| panic.start | 1);
+        let words = [place.name, place.length, place.address, function];
         let mut code: Vec<u8> = CALL.into_iter().flat_map(u16::to_le_bytes).collect();
         code.extend(words.into_iter().flat_map(u32::to_le_bytes));
         self.overwrite(stub, &code)?;

@@ -7,8 +7,8 @@ use tonus_shared::wire::Frame;
 use super::{frames, frames_since, image, wearer};
 
 const STARTED_US: u64 = 600_000;
-/// What hands packets to the transport.
-const SIGNAL_PATH: [&str; 2] = ["signal_path", "leave"];
+/// What makes packets of scans; the compiler puts it into the task that calls it.
+const SIGNAL_PATH: [&str; 2] = ["SignalPath", "buffer_full"];
 
 fn started() -> Machine {
     let mut machine = Machine::new(image(), wearer(vec![1877])).unwrap();
@@ -86,7 +86,9 @@ fn damage_is_undone_to_the_byte() {
 #[test]
 fn an_undefined_instruction_ends_the_run_and_names_the_function() {
     let mut machine = started();
-    let names = machine.damage(&SIGNAL_PATH, Damage::Undefined).unwrap();
+    // What hands packets to the transport: a function of its own.
+    let names = machine.damage(&["signal_path", "leave"], Damage::Undefined);
+    let names = names.unwrap();
     let Err(MachineError::Undefined { function, .. }) = machine.run_until(2 * STARTED_US) else {
         panic!("nothing happened: {:#?}", machine.log());
     };
@@ -96,7 +98,7 @@ fn an_undefined_instruction_ends_the_run_and_names_the_function() {
 #[test]
 fn a_function_that_is_not_there_cannot_be_damaged() {
     let mut machine = started();
-    let parts = ["leave", "signal_path"];
+    let parts = ["buffer_full", "SignalPath"];
     assert_eq!(
         machine.damage(&parts, Damage::Hang),
         Err(MachineError::NoFunction {
