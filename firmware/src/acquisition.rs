@@ -15,8 +15,17 @@ pub use converter::{ATTEMPTS, Event, acquire};
 pub use edges::{EdgeClock, Stamp};
 pub use queue::EventQueue;
 
+use tonus_shared::{sample::Scan, wire::Muscle};
+
 /// Channels that are converted.
-pub const CHANNELS: usize = 1;
+pub const CHANNELS: usize = 4;
+/// Where each channel's electrode pair sits, until a calibration says otherwise.
+pub const MUSCLES: [Muscle; CHANNELS] = [
+    Muscle::BicepsShort,
+    Muscle::BicepsLong,
+    Muscle::TricepsLateral,
+    Muscle::TricepsLong,
+];
 /// Scans per second.
 pub const RATE_HZ: u32 = 1000;
 /// Time between two scans in microseconds.
@@ -39,6 +48,21 @@ pub struct Block {
     pub first_acquired_us: u64,
     /// Scans lost between the block before and this one.
     pub lost: u32,
+}
+
+impl Block {
+    /// The scans of a buffer that this block places in time, `period_us` apart.
+    pub fn scans<const C: usize>(
+        self,
+        period_us: u32,
+        buffer: &[[i16; C]],
+    ) -> impl Iterator<Item = Scan<C>> {
+        (0_u32..).zip(buffer).map(move |(number, counts)| Scan {
+            index: self.first_index.wrapping_add(number),
+            acquired_us: self.first_acquired_us + u64::from(number * period_us),
+            counts: counts.map(i32::from),
+        })
+    }
 }
 
 /// Gives index and device time to scans that arrive in buffers of a fixed length.

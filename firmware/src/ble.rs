@@ -9,6 +9,7 @@
 mod attributes;
 mod bonds;
 mod guard;
+mod kept;
 mod link;
 mod sending;
 mod shown;
@@ -16,6 +17,7 @@ mod window;
 
 pub use attributes::DeviceInformation;
 pub use bonds::{BOND_BYTES, BondList, BondRecord, Bonds, BondsNotKept, MAX_BONDS};
+pub use kept::KeptBonds;
 pub use sending::Withheld;
 pub use shown::Shown;
 pub use window::{OPEN, PairingWindow};

@@ -97,10 +97,11 @@ pub struct Motion {
 
 /// Why the sensor gave nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum ImuError {
     /// The bus reported an error; without acknowledgement nobody is at that address.
     #[error("I2C failed ({0:?}): check SDA, SCL, the address pin and the supply")]
-    I2c(i2c::ErrorKind),
+    I2c(#[cfg_attr(target_os = "none", defmt(Debug2Format))] i2c::ErrorKind),
     /// A transfer did not end.
     #[error("I2C transfer did not end within {limit_us} us: somebody holds SCL low")]
     I2cStuck {

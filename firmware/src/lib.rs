@@ -23,13 +23,19 @@ compile_error!("an image needs a transport: the feature `ble` (default) or `wire
 
 pub mod acquisition;
 pub mod afe;
+pub mod battery;
 #[cfg(feature = "ble")]
 pub mod ble;
 pub mod imu;
 pub mod inbox;
+pub mod keeper;
+pub mod last_words;
 pub mod outbox;
 pub mod recognition;
 pub mod requests;
+pub mod reset;
 pub mod signal_path;
 pub mod storage;
+pub mod vitals;
+pub mod wearable;
 pub mod wired;

@@ -41,6 +41,7 @@ pub struct OutboxCounts {
 /// The queue is full: the report was not taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{REPORTS} reports wait already: let the transport take some first")]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub struct QueueFull;
 
 /// A frame and how many were put before it.

@@ -1,34 +1,38 @@
 //! The transport `ble`: Nordic's multiprotocol service layer (MPSL), the controller above it (SDC), and the tasks that
 //! run them.
 
-use core::sync::atomic::AtomicU8;
+mod flash;
 
 use embassy_executor::{SpawnError, Spawner};
+use embassy_futures::select::select;
 use embassy_nrf::{gpio::Input, mode::Async, rng::Rng};
 use embassy_time::Instant;
 use nrf_sdc::{
     Builder, Mem, SoftdeviceController,
-    mpsl::{Hfclk, MultiprotocolServiceLayer, raw},
+    mpsl::{self, Hfclk, MultiprotocolServiceLayer, SessionMem, raw},
 };
 use static_cell::StaticCell;
 use tonus_firmware::{
-    ble::{self, BondList, Bonds, BondsNotKept, DeviceInformation, PairingWindow, Ports, Shown},
-    inbox::Inbox,
-    outbox::Outbox,
+    ble::{self, DeviceInformation, KeptBonds, Notice, PairingWindow, Ports, Shown},
+    keeper::Flash,
 };
 use tonus_shared::wire::Calibration;
 use trouble_host::Address;
 
-use crate::board::{self, Irqs, Transport};
+use crate::{
+    INBOX, OUTBOX, VITALS,
+    board::{self, Irqs, Transport},
+    watchdog::{self, Handle},
+};
+
+/// The flash, which the radio's library writes between packets.
+pub(crate) use flash::Nvm;
 
 /// The calibration that a host reads.
 static CALIBRATION: Shown = Shown::new();
 
 /// Opened by the board's button.
 static WINDOW: PairingWindow = PairingWindow::new();
-
-/// State of charge, percent; not measured yet.
-static BATTERY_PERCENT: AtomicU8 = AtomicU8::new(0);
 
 /// Bytes per air packet: the longest that data length extension allows, less its header.
 const PACKET_SIZE: u16 = 251;
@@ -38,6 +42,8 @@ const PACKETS: u8 = 3;
 /// Memory of the controller in bytes. By the formulas of its header: link 2435, shared 17, advertising set
 /// 574, accept list 68; the rest is reserve. It checks at start and says how much it wants.
 const MEMORY: usize = 4096;
+/// Whoever asks the library for time without radio packets: the flash.
+const TIMESLOTS: usize = 1;
 /// Accuracy of the board's 32 kHz crystal in parts per million.
 const CRYSTAL_PPM: u16 = 50;
 
@@ -57,21 +63,25 @@ pub(crate) fn show(boot_id: u32, calibration: &Calibration) {
     }
 }
 
-/// Starts both libraries and the tasks that send what appears in the outbox and leave what comes in the inbox.
+/// What the tasks of the link need.
+pub(crate) struct Link {
+    controller: SoftdeviceController<'static>,
+    address: Address,
+    button: Input<'static>,
+}
+
+/// Starts both libraries.
 ///
 /// # Errors
 /// [`StartError`]; there is no way on but a reset.
-pub(crate) async fn start(
-    parts: Transport,
-    spawner: Spawner,
-    (outbox, inbox): (&'static Outbox, &'static Inbox),
-) -> Result<(), StartError> {
+pub(crate) async fn open(parts: Transport, spawner: Spawner) -> Result<(Link, Nvm), StartError> {
     let Transport {
         mpsl,
         controller,
         random,
         address,
         button,
+        flash,
     } = parts;
     let (mpsl, controller) = libraries(mpsl, controller, random).map_err(StartError::Library)?;
     // Without the crystal the scan timer would follow the RC oscillator, hundreds of parts per million off.
@@ -80,8 +90,26 @@ pub(crate) async fn start(
         defmt::error!("the crystal oscillator cannot be held: scan times drift");
     }
     spawner.spawn(drive(mpsl, crystal.ok()).map_err(StartError::Task)?);
-    spawner.spawn(serve(controller, address, outbox, inbox).map_err(StartError::Task)?);
-    spawner.spawn(open_window(button).map_err(StartError::Task)?);
+    let link = Link {
+        controller,
+        address,
+        button,
+    };
+    Ok((link, Nvm::new(mpsl::Flash::take(mpsl, flash))))
+}
+
+/// Starts the tasks that send what appears in the outbox, leave what comes in the inbox, and let hosts pair.
+///
+/// # Errors
+/// When they were started before.
+pub(crate) fn serve(
+    link: Link,
+    flash: &'static Flash<Nvm>,
+    handle: Handle,
+    spawner: Spawner,
+) -> Result<(), SpawnError> {
+    spawner.spawn(run(link.controller, link.address, flash, handle)?);
+    spawner.spawn(open_window(link.button)?);
     Ok(())
 }
 
@@ -92,27 +120,36 @@ async fn drive(mpsl: &'static MultiprotocolServiceLayer<'static>, _crystal: Opti
 }
 
 #[embassy_executor::task]
-async fn serve(
+async fn run(
     controller: SoftdeviceController<'static>,
     address: Address,
-    outbox: &'static Outbox,
-    inbox: &'static Inbox,
+    flash: &'static Flash<Nvm>,
+    handle: Handle,
 ) {
     let ports = Ports {
-        outbox,
-        inbox,
+        outbox: &OUTBOX,
+        inbox: &INBOX,
         calibration: &CALIBRATION,
         window: &WINDOW,
-        battery_percent: &BATTERY_PERCENT,
+        battery_percent: VITALS.battery_percent(),
         device: DeviceInformation {
             manufacturer: "Tonus",
             model: board::MODEL,
             firmware: env!("CARGO_PKG_VERSION"),
         },
     };
-    let report = |notice| defmt::info!("{}", notice);
-    let Err(error) = ble::run(&controller, address, &ports, &mut UntilReset, report).await;
-    defmt::error!("radio stopped, reset the wearable: {}", error);
+    let report = |notice| {
+        if notice == Notice::Connected {
+            VITALS.linked();
+        }
+        defmt::info!("{}", notice);
+    };
+    let mut bonds = KeptBonds(flash);
+    let served = async {
+        let Err(error) = ble::run(&controller, address, &ports, &mut bonds, report).await;
+        defmt::error!("radio stopped, the wearable restarts: {}", error);
+    };
+    select(served, watchdog::beat(handle)).await;
 }
 
 /// Lets a host pair when a person presses the button.
@@ -122,19 +159,6 @@ async fn open_window(mut button: Input<'static>) -> ! {
         button.wait_for_falling_edge().await;
         WINDOW.press(Instant::now());
         defmt::info!("a host may pair for {} s", ble::OPEN.as_secs());
-    }
-}
-
-/// Bonds that last until the wearable is reset, and say so.
-struct UntilReset;
-
-impl Bonds for UntilReset {
-    async fn load(&mut self) -> BondList {
-        BondList::new()
-    }
-
-    async fn store(&mut self, _: &BondList) -> Result<(), BondsNotKept> {
-        Err(BondsNotKept)
     }
 }
 
@@ -152,6 +176,7 @@ fn libraries(
     static MPSL: StaticCell<MultiprotocolServiceLayer<'static>> = StaticCell::new();
     static RANDOM: StaticCell<Rng<'static, Async>> = StaticCell::new();
     static CONTROLLER: StaticCell<Mem<MEMORY>> = StaticCell::new();
+    static SESSIONS: StaticCell<SessionMem<TIMESLOTS>> = StaticCell::new();
 
     let clock = raw::mpsl_clock_lfclk_cfg_t {
         source: raw::MPSL_CLOCK_LF_SRC_XTAL as u8,
@@ -160,7 +185,12 @@ fn libraries(
         accuracy_ppm: CRYSTAL_PPM,
         skip_wait_lfclk_started: false,
     };
-    let mpsl = &*MPSL.init(MultiprotocolServiceLayer::new(mpsl, Irqs, clock)?);
+    let mpsl = &*MPSL.init(MultiprotocolServiceLayer::with_timeslots(
+        mpsl,
+        Irqs,
+        clock,
+        SESSIONS.init(SessionMem::new()),
+    )?);
     let controller = Builder::new()?
         .support_adv()
         .support_peripheral()

@@ -4,11 +4,14 @@
 //! Whoever is late is not followed further: a step that takes longer than its period drops the least likely of the
 //! hypotheses, so that the next one has less to do.
 
-use core::sync::atomic::{AtomicU32, Ordering};
+use core::{
+    convert::Infallible,
+    sync::atomic::{AtomicU32, Ordering},
+};
 
 use embassy_futures::select::{Either, select};
 use embassy_sync::{blocking_mutex::raw::CriticalSectionRawMutex, signal::Signal};
-use embassy_time::{Duration, Instant, Ticker};
+use embassy_time::{Duration, Instant, Ticker, Timer};
 use tonus_shared::{
     image::{ImageError, ModelImage, WEARABLE, image_len},
     recognition::{PERIOD_US, Recognition, RecognitionError, Storage},
@@ -27,6 +30,8 @@ const LARGEST_BYTES: usize = image_len(
 const _: () = assert!(DK.model_capacity() as usize >= LARGEST_BYTES);
 const _: () = assert!(XIAO.model_capacity() as usize >= LARGEST_BYTES);
 
+/// Between two signs of life while there is no model.
+const IDLE: Duration = Duration::from_secs(1);
 /// Of the hypotheses, what is kept after a step that came late: three of four.
 const KEPT: (usize, usize) = (3, 4);
 
@@ -35,6 +40,7 @@ pub struct Inbox {
     stream: Signal<CriticalSectionRawMutex, (u64, Stream)>,
     hand: Signal<CriticalSectionRawMutex, (u64, Option<[f32; 3]>)>,
     changed: Signal<CriticalSectionRawMutex, ()>,
+    released: Signal<CriticalSectionRawMutex, ()>,
     dropped: AtomicU32,
     refused: AtomicU32,
 }
@@ -47,6 +53,7 @@ impl Inbox {
             stream: Signal::new(),
             hand: Signal::new(),
             changed: Signal::new(),
+            released: Signal::new(),
             dropped: AtomicU32::new(0),
             refused: AtomicU32::new(0),
         }
@@ -62,9 +69,11 @@ impl Inbox {
         self.hand.signal((at_us, position_m));
     }
 
-    /// Another model is in use from now on: [`run`] returns.
-    pub fn model_changed(&self) {
+    /// Another model is in use from now on. Waits until [`serve`] has let go of the one before.
+    pub async fn change_over(&self) {
+        self.released.reset();
         self.changed.signal(());
+        self.released.wait().await;
     }
 
     /// Hypotheses dropped for want of room or time since the start; wraps.
@@ -108,17 +117,63 @@ pub enum StartError {
     Recognition(#[from] RecognitionError),
 }
 
-/// Recognises by `model` until another one is in use, and gives what is to be sent to `say`; nothing at rest. `now_us` is the clock
-/// of the packets. Without a model there is nothing to run: wait for [`Inbox::model_changed`] by [`changed`].
+/// Recognises for ever by the newest model that `model` gives, and gives what is to be sent to `say`; nothing at rest.
+/// `now_us` is the clock of the packets. `alive` is called at least once a second.
 ///
-/// # Errors
-/// [`StartError`]; afterwards what is refused is counted, and the movement goes on.
-pub async fn run(
-    model: &[u8],
+/// A model that is refused is told of by `refused`, once; it stays unused until another one is in use.
+pub async fn serve<'m>(
+    model: impl AsyncFn() -> Option<&'m [u8]>,
     storage: &mut Storage,
     inbox: &Inbox,
     now_us: impl Fn() -> u64,
     mut say: impl FnMut(u64, Inference),
+    mut notice: impl FnMut(Notice),
+) -> Infallible {
+    loop {
+        match model().await {
+            Some(bytes) => {
+                notice(Notice::Model(true));
+                let ended = run(bytes, storage, inbox, &now_us, &mut say, &mut notice).await;
+                if let Err(error) = ended {
+                    notice(Notice::Refused(error));
+                    idle(inbox, &mut notice).await;
+                }
+            }
+            None => {
+                notice(Notice::Model(false));
+                idle(inbox, &mut notice).await;
+            }
+        }
+        inbox.released.signal(());
+    }
+}
+
+/// What [`serve`] tells of itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Notice {
+    /// It goes on.
+    Alive,
+    /// There is a model, or there is none.
+    Model(bool),
+    /// The model cannot be used.
+    Refused(StartError),
+}
+
+/// Waits until another model is in use.
+async fn idle(inbox: &Inbox, notice: &mut impl FnMut(Notice)) {
+    while let Either::Second(()) = select(inbox.changed.wait(), Timer::after(IDLE)).await {
+        notice(Notice::Alive);
+    }
+}
+
+/// Recognises by `model` until another one is in use.
+async fn run(
+    model: &[u8],
+    storage: &mut Storage,
+    inbox: &Inbox,
+    now_us: &impl Fn() -> u64,
+    say: &mut impl FnMut(u64, Inference),
+    notice: &mut impl FnMut(Notice),
 ) -> Result<(), StartError> {
     let image = ModelImage::parse(model, &WEARABLE)?;
     let mut recognition = Recognition::new(&image, storage)?;
@@ -128,6 +183,7 @@ pub async fn run(
         if let Either::First(()) = select(inbox.changed.wait(), ticker.next()).await {
             return Ok(());
         }
+        notice(Notice::Alive);
         let began = Instant::now();
         let taken = inbox.take(&mut recognition);
         let at_us = now_us();
@@ -147,9 +203,4 @@ pub async fn run(
         let dropped = before.wrapping_add(recognition.dropped());
         inbox.dropped.store(dropped, Ordering::Relaxed);
     }
-}
-
-/// Waits until another model is in use.
-pub async fn changed(inbox: &Inbox) {
-    inbox.changed.wait().await;
 }

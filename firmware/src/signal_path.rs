@@ -3,16 +3,14 @@
 use tonus_shared::{
     pipeline::{Board, CalibrationError, Health, InputError, Pipeline, PipelineError},
     sample::Scan,
-    wire::{Calibration, Frame, MAX_FRAME_BYTES, Packet, Ping, WireError},
+    wire::{Calibration, Frame, MAX_FRAME_BYTES, Packet, Ping, Stream, WireError},
 };
 
-use crate::{
-    acquisition::Block,
-    outbox::{EncodedFrame, Outbox, QueueFull},
-};
+use crate::outbox::{EncodedFrame, Outbox, QueueFull};
 
 /// Why a packet did not get into the outbox.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum SendError {
     /// It holds what no frame may.
     #[error(transparent)]
@@ -29,8 +27,8 @@ pub struct SignalPath<const C: usize> {
     calibration: Calibration,
     raw: bool,
     health: Health,
-    /// Scans lost in buffers that were overwritten.
-    lost: u32,
+    /// The newest stream packet and its device time, us, until somebody takes it.
+    newest: Option<(u64, Stream)>,
 }
 
 impl<const C: usize> SignalPath<C> {
@@ -45,7 +43,7 @@ impl<const C: usize> SignalPath<C> {
             calibration: *calibration,
             raw: false,
             health: Health::default(),
-            lost: 0,
+            newest: None,
         })
     }
 
@@ -59,6 +57,15 @@ impl<const C: usize> SignalPath<C> {
     #[must_use]
     pub fn calibration(&self) -> &Calibration {
         &self.calibration
+    }
+
+    /// Whether this board could work with a calibration; nothing changes.
+    ///
+    /// # Errors
+    /// [`CalibrationError`], as [`Self::recalibrate`] would give.
+    pub fn check(&self, calibration: &Calibration) -> Result<(), CalibrationError> {
+        let config = self.board.config(calibration, self.raw)?;
+        Ok(Pipeline::<C>::check(&config)?)
     }
 
     /// Changes over to another calibration and goes on numbering. Filters are designed anew, which takes longer than
@@ -110,7 +117,7 @@ impl<const C: usize> SignalPath<C> {
     }
 
     /// What only the board knows, for the status packets from now on. What this path and the outbox count themselves
-    /// (overwritten buffers, replaced frames, refused reports) is added to it.
+    /// (replaced frames, refused reports) is added to it.
     pub fn set_health(&mut self, health: Health) {
         self.health = health;
     }
@@ -129,6 +136,9 @@ impl<const C: usize> SignalPath<C> {
         self.tell_health(outbox);
         let mut left = Ok(());
         while let Some(frame) = self.pipeline.next_frame() {
+            if let Packet::Stream(stream) = &frame.packet {
+                self.newest = Some((frame.header.device_us, *stream));
+            }
             if let Err(error) = leave(&frame, outbox) {
                 left = Err(error);
             }
@@ -136,33 +146,9 @@ impl<const C: usize> SignalPath<C> {
         left
     }
 
-    /// Takes one full buffer of scans, `period_us` apart, which `block` places in time.
-    ///
-    /// **Budget.** One buffer's time: afterwards the converter overwrites the next buffer. That is not queued for; the
-    /// pipeline sees the gap and says so in its packets.
-    ///
-    /// # Errors
-    /// As [`Self::push_scan`].
-    pub fn buffer_full<const N: usize>(
-        &mut self,
-        block: Block,
-        period_us: u32,
-        buffer: &[[i16; C]; N],
-        outbox: &Outbox,
-    ) -> Result<(), SendError> {
-        self.lost = self.lost.wrapping_add(block.lost);
-        let mut left = Ok(());
-        for (number, counts) in (0_u32..).zip(buffer) {
-            let scan = Scan {
-                index: block.first_index.wrapping_add(number),
-                acquired_us: block.first_acquired_us + u64::from(number * period_us),
-                counts: counts.map(i32::from),
-            };
-            if let Err(error) = self.push_scan(&scan, outbox) {
-                left = Err(error);
-            }
-        }
-        left
+    /// The stream packet that the last scans completed and the device time of its newest scan, us; once.
+    pub const fn take_stream(&mut self) -> Option<(u64, Stream)> {
+        self.newest.take()
     }
 
     /// Numbers a packet that others made, and leaves it in `outbox`. `device_us` is the time of the newest measurement in
@@ -197,7 +183,6 @@ impl<const C: usize> SignalPath<C> {
         let counts = outbox.counts();
         let health = &self.health;
         self.pipeline.set_health(Health {
-            overruns: health.overruns.wrapping_add(self.lost),
             dropped_packets: health.dropped_packets.wrapping_add(counts.replaced),
             lost_reports: health.lost_reports.wrapping_add(counts.refused),
             ..*health

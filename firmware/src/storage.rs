@@ -10,7 +10,6 @@
 //! The flash is any [`MultiwriteNorFlash`]: marks are set in words that a cut may have left half written.
 
 mod area;
-mod bonds;
 mod error;
 mod models;
 pub mod partitions;
@@ -21,27 +20,24 @@ use embedded_storage_async::nor_flash::MultiwriteNorFlash;
 use heapless::Vec;
 
 use area::Area;
-pub use bonds::{BONDS, Bond, Bonds, HOST_BYTES, PairingWindow, SECRET_BYTES};
 pub use error::StorageError;
 use models::Models;
 pub use models::{Announced, Model, Progress};
 use partitions::{FLASH_BYTES, Layout, Name, PAGE_BYTES, Partition, WORD_BYTES};
 use records::Records;
 
-/// Longest calibration in bytes.
-pub const CALIBRATION_BYTES: usize = 256;
-/// Format of the bonds' record.
-const BONDS_VERSION: u16 = 1;
+/// Longest [`Record`] in bytes.
+pub const RECORD_BYTES: usize = 256;
 
-const _: () = assert!(CALIBRATION_BYTES <= records::PAYLOAD_LIMIT);
+const _: () = assert!(RECORD_BYTES <= records::PAYLOAD_LIMIT);
 
-/// A calibration as it was handed in: this module does not look inside.
+/// A calibration, or the bonds, as they were handed in: this module does not look inside.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Calibration {
+pub struct Record {
     /// Format of the bytes.
     pub version: u16,
-    /// The encoded packet's payload.
-    pub bytes: Vec<u8, CALIBRATION_BYTES>,
+    /// At least one.
+    pub bytes: Vec<u8, RECORD_BYTES>,
 }
 
 /// The one owner of the flash.
@@ -78,16 +74,8 @@ impl<F: MultiwriteNorFlash> Storage<F> {
     /// # Errors
     /// [`StorageError::Damaged`] when the newest has rotted: an older one is not given out in its place, because
     /// electrodes move from one wearing to the next. [`StorageError::Flash`] when the flash fails.
-    pub async fn calibration(&mut self) -> Result<Option<Calibration>, StorageError<F::Error>> {
-        let partition = self.layout.calibration;
-        let Some(place) = self.records(partition).newest().await? else {
-            return Ok(None);
-        };
-        let version = place.version();
-        match Vec::from_slice(place.payload()) {
-            Ok(bytes) => Ok(Some(Calibration { version, bytes })),
-            Err(_) => Err(wrong_length(partition.name, place.payload())),
-        }
+    pub async fn calibration(&mut self) -> Result<Option<Record>, StorageError<F::Error>> {
+        self.newest(self.layout.calibration).await
     }
 
     /// Keeps a calibration; when this returns, it is the one that [`Storage::calibration`] gives.
@@ -97,63 +85,27 @@ impl<F: MultiwriteNorFlash> Storage<F> {
     /// [`StorageError::Flash`] when the flash fails.
     pub async fn keep_calibration(
         &mut self,
-        calibration: &Calibration,
+        calibration: &Record,
     ) -> Result<(), StorageError<F::Error>> {
-        let partition = self.layout.calibration;
-        if calibration.bytes.is_empty() {
-            return Err(wrong_length(partition.name, &[]));
-        }
-        self.records(partition)
-            .append(calibration.version, &calibration.bytes)
-            .await
+        self.keep(self.layout.calibration, calibration).await
     }
 
-    /// The bonds, oldest first.
+    /// The bonds, or none when none were ever kept.
     ///
     /// # Errors
     /// [`StorageError::Damaged`] when the newest record has rotted: an older one might hold a host whose bond was
     /// taken away. [`StorageError::Flash`] when the flash fails.
-    pub async fn bonds(&mut self) -> Result<Bonds, StorageError<F::Error>> {
-        let partition = self.layout.bonds;
-        let Some(place) = self.records(partition).newest().await? else {
-            return Ok(Bonds::new());
-        };
-        match bonds::decode(place.payload()) {
-            Some(bonds) if place.version() == BONDS_VERSION => Ok(bonds),
-            // Whole, but of another format: it is of no more use than a damaged one.
-            _ => Err(StorageError::Damaged {
-                partition: partition.name,
-                offset: partition.start,
-                expected: u32::from(BONDS_VERSION),
-                got: u32::from(place.version()),
-            }),
-        }
+    pub async fn bonds(&mut self) -> Result<Option<Record>, StorageError<F::Error>> {
+        self.newest(self.layout.bonds).await
     }
 
-    /// Keeps a bond as the newest: in place of the same host's, or of the oldest when there are [`BONDS`]. Says
-    /// whose bond went.
+    /// Keeps these bonds in place of the ones before, damaged ones too. Old keys stay in the flash until their page's turn to
+    /// be erased; only the chip's readback protection, which nothing here switches on, would hide them.
     ///
     /// # Errors
-    /// [`StorageError::WindowClosed`] when a bond would have to go and `window` is closed. What
-    /// [`Storage::bonds`] refuses; [`Storage::forget_bonds`] mends that. [`StorageError::Flash`] when the flash fails.
-    pub async fn keep_bond(
-        &mut self,
-        bond: Bond,
-        window: PairingWindow,
-    ) -> Result<Option<[u8; HOST_BYTES]>, StorageError<F::Error>> {
-        let mut bonds = self.bonds().await?;
-        let gone = bonds::put(&mut bonds, bond, window)?;
-        self.write_bonds(&bonds).await?;
-        Ok(gone)
-    }
-
-    /// Forgets every host, damaged bonds too. The old keys stay in the flash until their page's turn to be
-    /// erased; only the chip's readback protection, which nothing here switches on, would hide them.
-    ///
-    /// # Errors
-    /// [`StorageError::Flash`] when the flash fails, [`StorageError::NotKept`] on a worn page.
-    pub async fn forget_bonds(&mut self) -> Result<(), StorageError<F::Error>> {
-        self.write_bonds(&Bonds::new()).await
+    /// As [`Self::keep_calibration`].
+    pub async fn keep_bonds(&mut self, bonds: &Record) -> Result<(), StorageError<F::Error>> {
+        self.keep(self.layout.bonds, bonds).await
     }
 
     /// The model in use. It stays where it is until another upload **after** the one that replaced it begins.
@@ -212,14 +164,19 @@ impl<F: MultiwriteNorFlash> Storage<F> {
             .await
     }
 
-    /// Checks the hash of what lies in the flash and puts the model into use.
+    /// Checks the hash of what lies in the flash, asks `fits` whether this build can run it, and puts it into use.
     ///
     /// # Errors
     /// [`StorageError::NotReceiving`], [`StorageError::Incomplete`]: nothing changed.
-    /// [`StorageError::HashMismatch`]: the upload is abandoned. [`StorageError::Flash`],
+    /// [`StorageError::HashMismatch`], [`StorageError::NotFitting`]: the upload is abandoned. [`StorageError::Flash`],
     /// [`StorageError::NotKept`]: finish again.
-    pub async fn finish_upload(&mut self) -> Result<(), StorageError<F::Error>> {
-        self.models.finish(&mut self.flash, &self.layout).await
+    pub async fn finish_upload(
+        &mut self,
+        fits: impl FnOnce(Model) -> bool,
+    ) -> Result<(), StorageError<F::Error>> {
+        self.models
+            .finish(&mut self.flash, &self.layout, fits)
+            .await
     }
 
     /// Forgets what was received of a model; the one in use stays.
@@ -234,26 +191,41 @@ impl<F: MultiwriteNorFlash> Storage<F> {
         Records::new(Area::new(&mut self.flash, partition))
     }
 
-    async fn write_bonds(&mut self, bonds: &Bonds) -> Result<(), StorageError<F::Error>> {
-        let partition = self.layout.bonds;
-        let Some(bytes) = bonds::encode(bonds) else {
-            return Err(StorageError::WrongLength {
-                partition: partition.name,
-                expected: records::PAYLOAD_LIMIT as u32,
-                got: u32::MAX,
-            });
+    async fn newest(
+        &mut self,
+        partition: Partition,
+    ) -> Result<Option<Record>, StorageError<F::Error>> {
+        let Some(place) = self.records(partition).newest().await? else {
+            return Ok(None);
         };
-        self.records(partition).append(BONDS_VERSION, &bytes).await
+        let version = place.version();
+        match Vec::from_slice(place.payload()) {
+            Ok(bytes) => Ok(Some(Record { version, bytes })),
+            Err(_) => Err(wrong_length(partition.name, place.payload())),
+        }
+    }
+
+    async fn keep(
+        &mut self,
+        partition: Partition,
+        record: &Record,
+    ) -> Result<(), StorageError<F::Error>> {
+        if record.bytes.is_empty() {
+            return Err(wrong_length(partition.name, &[]));
+        }
+        self.records(partition)
+            .append(record.version, &record.bytes)
+            .await
     }
 }
 
 fn wrong_length<E: core::fmt::Debug>(partition: Name, bytes: &[u8]) -> StorageError<E> {
     StorageError::WrongLength {
         partition,
-        expected: CALIBRATION_BYTES as u32,
+        expected: RECORD_BYTES as u32,
         got: u32::try_from(bytes.len()).unwrap_or(u32::MAX),
     }
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

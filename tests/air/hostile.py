@@ -46,6 +46,7 @@ async def garbage_writes(air):
     central = await ready(air, wearable)
     assert await central.write("CALIBRATION", good("CALIBRATION", 1)) is None
     await wearable.says("taken calibration 1")
+    await central.received(1, "reply")
     before = bytes(await central.of("CALIBRATION").read_value())
     assert before[18:-4] == CALIBRATION
     rng = random.Random(SEED)

@@ -6,6 +6,7 @@ from bumble import att
 from bumble.gatt_client import UUID
 
 from central import CALIBRATION, IDS, KINDS, NOTIFIED, WRITTEN, Central, good, just_works, keyboard, ping, ready, sequence
+from flash import kept_bonds
 from radio import radio_of
 
 AUTHENTICATION = att.ATT_INSUFFICIENT_AUTHENTICATION_ERROR
@@ -24,7 +25,7 @@ async def discovery(air):
     assert found == {IDS[name]: properties for name, properties in expected.items()}, found
     values = [bytes(await central.characteristics[UUID(short)].read_value())
               for short in (0x2A19, 0x2A29, 0x2A24, 0x2A26)]
-    assert values == [bytes([87]), b"Tonus", b"air", b"0.1.0"], values
+    assert values == [bytes([75]), b"Tonus", b"air", b"0.1.0"], values
 
 
 async def whole_packets(air):
@@ -95,7 +96,7 @@ async def just_works_refused(air):
     wrong = await refusals(central, NOT_PERMITTED | {AUTHENTICATION})
     assert not wrong, wrong
     assert not wearable.said("notice (Paired|Resumed|Passkey)"), wearable.lines
-    assert not (air.folder / "bonds").exists()
+    assert not kept_bonds(air.flash)
 
 
 async def legacy_pairing_refused(air):
@@ -184,7 +185,7 @@ async def spoofed_address(air):
     known = await air.host()
     central = await ready(air, wearable, known)
     await central.leave()
-    kept = (air.folder / "bonds").read_bytes()
+    kept = kept_bonds(air.flash)
 
     known_radio = radio_of(known)
     air.link.remove_controller(known_radio)
@@ -194,7 +195,7 @@ async def spoofed_address(air):
     await attacker.pair(just_works(wearable))
     await attacker.dropped()
     await wearable.says("notice Advertising")
-    assert (air.folder / "bonds").read_bytes() == kept
+    assert kept_bonds(air.flash) == kept
     air.link.remove_controller(radio_of(stranger))
     air.link.add_controller(known_radio)
 

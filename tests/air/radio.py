@@ -95,7 +95,7 @@ class Air:
     """One link, the controllers on it, and the wearable's program."""
 
     def __init__(self, folder):
-        self.folder = folder
+        self.flash = folder / "flash"
         self.link = link.LocalLink()
         self.wearables = []
         self.hosts = 0
@@ -109,7 +109,7 @@ class Air:
         radio = Controller("wearable", host_source=transport.source, host_sink=transport.sink, link=self.link,
                            **oddities)
         process = await asyncio.create_subprocess_exec(
-            os.environ["TONUS_AIR"], f"127.0.0.1:{port}", "--bonds", str(self.folder / "bonds"), *options,
+            os.environ["TONUS_AIR"], f"127.0.0.1:{port}", "--flash", str(self.flash), *options,
             env=os.environ | {"RUST_BACKTRACE": "0"}, stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.STDOUT)
         wearable = Wearable(process, transport, radio, oddities)
         self.wearables.append(wearable)

@@ -6,6 +6,7 @@ from itertools import pairwise
 from bumble import att
 
 from central import Central, frame, gaps, keyboard, ready, stream_times_ms
+from flash import kept_bonds
 from links import wearable_drops
 from radio import PATIENCE_S
 
@@ -126,17 +127,16 @@ async def reset(air):
 async def fifth_bond(air):
     """Four hosts are remembered. A fifth takes the oldest's place, and only while the window is open."""
     wearable = await air.wearable()
-    bonds = air.folder / "bonds"
     devices = []
     for count in range(1, 6):
         devices.append(await air.host())
         central = await ready(air, wearable, devices[-1])
         await central.leave()
-        assert len(bonds.read_bytes()) == BOND_BYTES * min(count, 4)
-    kept = bonds.read_bytes()
+        assert len(kept_bonds(air.flash)) == BOND_BYTES * min(count, 4)
+    kept = kept_bonds(air.flash)
     other = await (await Central(await air.host(), wearable).connect()).discover()
     await wearable_drops(wearable, other.pair(keyboard(wearable)), other)
-    assert bonds.read_bytes() == kept
+    assert kept_bonds(air.flash) == kept
 
     oldest = await Central(devices[0], wearable).connect()
     attempt = asyncio.create_task(oldest.connection.encrypt())

@@ -25,6 +25,7 @@ use embedded_hal::{
     spi::{Error as _, Operation},
 };
 use embedded_hal_async::{delay::DelayNs, spi::SpiDevice};
+use tonus_shared::{pipeline::Board, sample::AdcScaleError};
 
 use super::{DataReady, Edge};
 use registers::command;
@@ -48,6 +49,22 @@ const EDGE_LIMIT_PERCENT: u32 = 210;
 const FIRST_EDGE_PERIODS: u32 = 8;
 /// Registers in one block: two bytes of command, then CONFIG1 to CH8SET.
 const BLOCK_BYTES: usize = 2 + 12;
+
+/// What the signal path must know of a wearable with this front end, set so.
+///
+/// # Errors
+/// None for any settings; the type is that of [`Gain::scale`].
+pub fn board<const C: usize>(boot_id: u32, settings: &Settings<C>) -> Result<Board, AdcScaleError> {
+    Ok(Board {
+        boot_id,
+        firmware_hash: [0; 8],
+        adc: settings.gain.scale()?,
+        rates_hz: match settings.rate {
+            Rate::Hz1000 => const { &[Rate::Hz1000.hz()] },
+            Rate::Hz2000 => const { &[Rate::Hz2000.hz()] },
+        },
+    })
+}
 
 /// A converter with `C` channels: 4 for the ADS1294, 8 for the ADS1298.
 ///

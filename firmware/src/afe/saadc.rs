@@ -1,13 +1,10 @@
-//! The chip's own converter behind one analogue amplifier: what its counts are worth.
+//! The chip's own converter behind one analogue amplifier for each channel: what its counts are worth.
 
 use tonus_shared::pipeline::Board;
 use tonus_shared::sample::{AdcScale, AdcScaleError};
-use tonus_shared::wire::Muscle;
 
-use crate::acquisition::{CHANNELS, RATE_HZ};
+use crate::acquisition::RATE_HZ;
 
-/// Where the electrode pair sits.
-pub const MUSCLES: [Muscle; CHANNELS] = [Muscle::BicepsLong];
 /// Counts of the 12-bit converter.
 const COUNTS: i32 = 4096;
 /// Its range: 0.6 V internal reference at a gain of one sixth.

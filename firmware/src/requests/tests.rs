@@ -1,16 +1,49 @@
 use std::vec::Vec;
 
 use embassy_futures::poll_once;
-use tonus_shared::pipeline::illustrative;
-use tonus_shared::wire::{Calibration, HandPosition, Kind, StreamFlags, decode};
+use tonus_shared::{
+    pipeline::illustrative,
+    sample::Scan,
+    wire::{Calibration, HandPosition, Header, StreamFlags, decode},
+};
 
 use super::*;
-use crate::acquisition::{BUFFER_SCANS, CHANNELS, PERIOD_US, RATE_HZ, ScanClock};
-use crate::afe::saadc;
+use crate::{
+    acquisition::{CHANNELS, MUSCLES, RATE_HZ},
+    afe::saadc,
+};
 
 fn path() -> SignalPath<CHANNELS> {
-    let calibration = illustrative(saadc::MUSCLES, RATE_HZ);
+    let calibration = illustrative(MUSCLES, RATE_HZ);
     SignalPath::new(saadc::board(0xB007).unwrap(), &calibration).unwrap()
+}
+
+/// What stands at the desk.
+struct Office {
+    outbox: Outbox,
+    jobs: Jobs,
+    recognition: recognition::Inbox,
+    last_words: LastWords,
+}
+
+impl Office {
+    fn new() -> Self {
+        Self {
+            outbox: Outbox::new(),
+            jobs: Jobs::new(),
+            recognition: recognition::Inbox::new(),
+            last_words: LastWords::from_bytes(b"out of bounds"),
+        }
+    }
+
+    fn desk(&self) -> Desk<'_> {
+        Desk {
+            outbox: &self.outbox,
+            jobs: &self.jobs,
+            recognition: &self.recognition,
+            last_words: &self.last_words,
+        }
+    }
 }
 
 fn asked(sequence: u32, device_us: u64, packet: Packet) -> Frame {
@@ -32,11 +65,12 @@ fn sent(outbox: &Outbox) -> Vec<Packet> {
     packets
 }
 
-/// What is sent in answer to one packet, and what else it changed.
+/// What is sent in answer to one packet, and what else is to be done.
 fn told(path: &mut SignalPath<CHANNELS>, packet: Packet) -> (Effect, Vec<Packet>) {
-    let outbox = Outbox::new();
-    let effect = handle(path, asked(9, 0, packet), 1_000, &outbox);
-    (effect, sent(&outbox))
+    let office = Office::new();
+    let effect = handle(path, asked(9, 0, packet), 1_000, office.desk());
+    assert!(office.jobs.is_empty(), "nothing for the keeper");
+    (effect, sent(&office.outbox))
 }
 
 fn reply(answered: Kind, outcome: Result<(), Refusal>) -> Packet {
@@ -68,23 +102,30 @@ fn a_ping_is_answered_with_both_times() {
 }
 
 #[test]
-fn a_calibration_is_taken_read_back_or_refused_and_then_changes_nothing() {
+fn a_calibration_is_handed_over_when_the_board_can_work_with_it_and_else_refused() {
     let mut path = path();
-    let mut wanted = *path.calibration();
-    wanted.revision = 12;
-    wanted.mvc_v[0] = 2e-3;
-    let (effect, packets) = told(&mut path, Packet::Calibration(wanted));
-    assert_eq!(effect, Effect::Recalibrated);
-    assert_eq!(packets, [reply(Kind::Calibration, Ok(()))]);
+    let before = *path.calibration();
+    let wanted = Calibration {
+        revision: 12,
+        ..before
+    };
+    let office = Office::new();
+    let frame = asked(9, 0, Packet::Calibration(wanted));
+    assert_eq!(handle(&mut path, frame, 1_000, office.desk()), Effect::None);
+    let expected = Job {
+        asked: Asked {
+            kind: Kind::Calibration,
+            sequence: 9,
+        },
+        work: Work::Calibrate(wanted),
+    };
+    assert_eq!(office.jobs.try_receive(), Ok(expected));
+    assert_eq!(sent(&office.outbox), [], "the keeper answers");
+    assert_eq!(*path.calibration(), before, "until it is kept");
 
-    let (_, packets) = told(&mut path, Packet::Control(Control::SendCalibration));
-    let expected = [Packet::Calibration(wanted), reply(Kind::Control, Ok(()))];
-    assert_eq!(packets, expected);
-
-    // This board converts one channel.
+    // This board converts four channels.
     let impossible = Calibration {
         channels: 2,
-        revision: 13,
         ..wanted
     };
     let (effect, packets) = told(&mut path, Packet::Calibration(impossible));
@@ -93,29 +134,68 @@ fn a_calibration_is_taken_read_back_or_refused_and_then_changes_nothing() {
         packets,
         [reply(Kind::Calibration, Err(Refusal::OutOfRange))]
     );
-    assert_eq!(*path.calibration(), wanted);
+}
+
+#[test]
+fn what_needs_the_flash_is_handed_over_until_the_keeper_is_busy() {
+    let mut path = path();
+    let office = Office::new();
+    let upload = |sequence| asked(sequence, 0, Packet::ModelUpload(ModelUpload::Finish));
+    for sequence in 0..JOBS as u32 {
+        handle(&mut path, upload(sequence), 0, office.desk());
+    }
+    assert_eq!(sent(&office.outbox), []);
+    handle(&mut path, upload(9), 0, office.desk());
+    assert_eq!(
+        sent(&office.outbox),
+        [reply(Kind::ModelUpload, Err(Refusal::Busy))]
+    );
+    for sequence in 0..JOBS as u32 {
+        let job = office.jobs.try_receive().unwrap();
+        assert_eq!(job.asked.sequence, sequence);
+        assert_eq!(job.work, Work::Upload(ModelUpload::Finish));
+    }
+    let state = Packet::Control(Control::SendModelState);
+    handle(&mut path, asked(5, 0, state), 0, office.desk());
+    assert_eq!(office.jobs.try_receive().unwrap().work, Work::ModelState);
+}
+
+#[test]
+fn the_calibration_in_use_and_the_last_words_are_sent_when_asked_for() {
+    let mut path = path();
+    let (_, packets) = told(&mut path, Packet::Control(Control::SendCalibration));
+    let in_use = Packet::Calibration(*path.calibration());
+    assert_eq!(packets, [in_use, reply(Kind::Control, Ok(()))]);
+    let (_, packets) = told(&mut path, Packet::Control(Control::SendLastWords));
+    let words = Packet::LastWords(LastWords::from_bytes(b"out of bounds"));
+    assert_eq!(packets, [words, reply(Kind::Control, Ok(()))]);
 }
 
 #[test]
 fn a_hand_that_is_seen_shows_in_the_stream() {
     let mut path = path();
-    let mut clock = ScanClock::new(PERIOD_US, BUFFER_SCANS as u32);
     let mut seen = Vec::new();
-    for number in 1..=40_u64 {
-        let outbox = Outbox::new();
-        let now_us = 1_000_000 + number * 5_000;
-        if number >= 20 {
+    for index in 1..=200_u32 {
+        let office = Office::new();
+        let now_us = 1_000_000 + u64::from(index) * 1_000;
+        if index >= 100 {
             let hand = HandPosition {
                 position_m: Some([0.3, 0.1, -0.3]),
             };
-            let frame = asked(number as u32, now_us - 6_000, Packet::HandPosition(hand));
-            assert_eq!(handle(&mut path, frame, now_us, &outbox), Effect::None);
+            let frame = asked(index, now_us - 6_000, Packet::HandPosition(hand));
+            assert_eq!(
+                handle(&mut path, frame, now_us, office.desk()),
+                Effect::None
+            );
         }
-        let block = clock.buffer_full(now_us);
-        let buffer = [[1877; CHANNELS]; BUFFER_SCANS];
-        path.buffer_full(block, PERIOD_US, &buffer, &outbox)
-            .unwrap();
-        seen.extend(sent(&outbox).into_iter().filter_map(|packet| match packet {
+        let scan = Scan {
+            index,
+            acquired_us: now_us,
+            counts: [1877; CHANNELS],
+        };
+        path.push_scan(&scan, &office.outbox).unwrap();
+        let streams = sent(&office.outbox).into_iter();
+        seen.extend(streams.filter_map(|packet| match packet {
             Packet::Stream(stream) => Some(stream.flags.contains(StreamFlags::HAND_SEEN)),
             _ => None,
         }));
@@ -124,18 +204,14 @@ fn a_hand_that_is_seen_shows_in_the_stream() {
 }
 
 #[test]
-fn what_cannot_be_done_yet_is_refused_by_name() {
+fn a_restart_is_granted_for_this_boot_and_no_other() {
     let mut path = path();
-    for (packet, why) in [
-        (
-            Packet::Control(Control::Restart { boot_id: 0xB007 }),
-            Refusal::WrongState,
-        ),
-        (Packet::Control(Control::SendLastWords), Refusal::WrongState),
+    for (boot_id, effect, outcome) in [
+        (0xB007, Effect::Restart, Ok(())),
+        (0xB008, Effect::None, Err(Refusal::WrongState)),
     ] {
-        let answered = packet.kind();
-        let (effect, packets) = told(&mut path, packet);
-        assert_eq!(effect, Effect::None);
-        assert_eq!(packets, [reply(answered, Err(why))]);
+        let restart = Packet::Control(Control::Restart { boot_id });
+        let answer = [reply(Kind::Control, outcome)].into();
+        assert_eq!(told(&mut path, restart), (effect, answer));
     }
 }

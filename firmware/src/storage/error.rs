@@ -68,12 +68,6 @@ pub enum StorageError<E: Debug> {
         /// What was offered.
         got: u32,
     },
-    /// A bond can take another's place only while the pairing window is open.
-    #[error("{got} bonds are kept; open the pairing window to replace one")]
-    WindowClosed {
-        /// Bonds that are kept.
-        got: usize,
-    },
     /// No upload has begun.
     #[error("no model is being received; begin an upload first")]
     NotReceiving,
@@ -101,6 +95,9 @@ pub enum StorageError<E: Debug> {
         /// Bytes received.
         got: u32,
     },
+    /// All bytes came as announced, and they are no model that this build can run. The upload is abandoned.
+    #[error("the model is whole but not one for this build; export it for this firmware")]
+    NotFitting,
     /// All bytes came, and they are not those announced. The upload is abandoned.
     #[error("SHA-256 begins with {expected:08x} as announced, {got:08x} as received; upload anew")]
     HashMismatch {

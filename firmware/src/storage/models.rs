@@ -120,11 +120,8 @@ impl<E: core::fmt::Debug> Models<E> {
     }
 
     pub(super) fn active(&self, layout: &Layout) -> Option<Model> {
-        self.active.map(|active| Model {
-            start: layout.models[active.slot].start + PAGE_BYTES,
-            length: active.description.length,
-            sha256: active.description.sha256,
-        })
+        self.active
+            .map(|active| model(layout, active.slot, &active.description))
     }
 
     pub(super) fn progress(&self) -> Option<Progress> {
@@ -223,11 +220,12 @@ impl<E: core::fmt::Debug> Models<E> {
         Ok(())
     }
 
-    /// Compares the hash over the flash, and puts the model into use.
+    /// Compares the hash over the flash, asks whether the model fits, and puts it into use.
     pub(super) async fn finish<F>(
         &mut self,
         flash: &mut F,
         layout: &Layout,
+        fits: impl FnOnce(Model) -> bool,
     ) -> Result<(), StorageError<E>>
     where
         F: MultiwriteNorFlash<Error = E>,
@@ -254,6 +252,11 @@ impl<E: core::fmt::Debug> Models<E> {
                 expected: head(&description.sha256),
                 got: head(&hash),
             });
+        }
+        if !fits(model(layout, number, &description)) {
+            slot.clear().await?;
+            self.incoming = None;
+            return Err(StorageError::NotFitting);
         }
         slot.mark_whole().await?;
         self.incoming = None;
@@ -332,6 +335,14 @@ impl Incoming {
     fn rewind(&mut self) {
         self.received -= self.received % PAGE_BYTES;
         self.held = 0;
+    }
+}
+
+const fn model(layout: &Layout, slot: usize, description: &Description) -> Model {
+    Model {
+        start: layout.models[slot].start + PAGE_BYTES,
+        length: description.length,
+        sha256: description.sha256,
     }
 }
 

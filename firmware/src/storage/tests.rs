@@ -1,8 +1,7 @@
 //! Power cuts at every write, rot at every bit, and what is refused.
 
-mod bonds;
 mod calibration;
-mod flash;
+pub(crate) mod flash;
 mod models;
 mod refused_models;
 

@@ -91,6 +91,17 @@ impl<const C: usize> Pipeline<C> {
         })
     }
 
+    /// Whether [`Self::reconfigure`] would take it; nothing is kept.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn check(config: &PipelineConfig<C>) -> Result<(), PipelineError> {
+        let signals = Signals::new(config)?;
+        Arm::new(&config.arm)?;
+        config.packet(config::microseconds(signals.chain_delay_s()))?;
+        Ok(())
+    }
+
     /// Changes over to other filters, levels and arm, and goes on numbering.
     ///
     /// The filters start anew, as after a long gap: until they have settled the activation is held at what was last

@@ -20,7 +20,7 @@ impl Storage {
     pub const fn new() -> Self {
         let nothing = Hypothesis {
             skill: 0,
-            duration_s: 1.0,
+            duration_s: 0.0,
             onset_s: 0.0,
             log_prior: 0.0,
         };

@@ -271,6 +271,7 @@ pub struct Inference {
 
 /// Why the wearable last started.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum ResetReason {
     /// Not known, or not a chip.

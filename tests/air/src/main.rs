@@ -2,30 +2,35 @@
 //! of Nordic's radio, and is otherwise what the chip runs.
 //!
 //! ```text
-//! tonus-air 127.0.0.1:PORT --bonds FILE [--stream-hz 100]
+//! tonus-air 127.0.0.1:PORT --flash FILE [--stream-hz 100]
 //! ```
 //!
 //! Prints a line for every notice, and takes lines from its standard input: `press` is the pairing button,
 //! `refused` asks for the number of frames refused. Ends with its input.
 
-mod bonds;
+mod flash;
 mod wearer;
 
-use std::{net::SocketAddr, path::PathBuf, sync::atomic::AtomicU8};
+use std::{net::SocketAddr, path::PathBuf};
 
 use bt_hci::controller::ExternalController;
 use bt_hci_serial::SerialTransport;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_time::Instant;
 use embedded_io_adapters::tokio_1::FromTokio;
+use flash::FileFlash;
 use tokio::{
     io::{AsyncBufReadExt, BufReader, stdin},
     net::TcpStream,
 };
 use tonus_firmware::{
-    ble::{self, DeviceInformation, PairingWindow, Ports, Shown},
+    battery::Battery,
+    ble::{self, DeviceInformation, KeptBonds, Notice, PairingWindow, Ports, Shown},
     inbox::Inbox,
+    keeper::Flash,
     outbox::Outbox,
+    storage::{Storage, partitions::DK},
+    vitals::Vitals,
 };
 use trouble_host::Address;
 use wearer::Wearer;
@@ -35,22 +40,26 @@ const COMMANDS: usize = 10;
 /// A static random address; the host looks for the service, not for this.
 const ADDRESS: [u8; 6] = [0x01, 0x00, 0x5e, 0x70, 0x0a, 0xc7];
 const STREAM_HZ: u32 = 100;
+/// Of a lithium polymer cell that is three quarters full.
+const BATTERY_MV: u16 = 3_950;
 
 #[derive(Debug, thiserror::Error)]
 enum Failure {
-    #[error("usage: tonus-air 127.0.0.1:PORT --bonds FILE [--stream-hz {STREAM_HZ}]: {0}")]
+    #[error("usage: tonus-air 127.0.0.1:PORT --flash FILE [--stream-hz {STREAM_HZ}]: {0}")]
     Usage(String),
     #[error("no virtual controller: {0}")]
     Link(#[from] std::io::Error),
     #[error("the controller failed: {0}")]
     Controller(String),
+    #[error("the flash is not read: {0}")]
+    Flash(String),
     #[error(transparent)]
     Wearer(#[from] wearer::WearerError),
 }
 
 struct Options {
     controller: SocketAddr,
-    bonds: PathBuf,
+    flash: PathBuf,
     stream_hz: u32,
 }
 
@@ -60,11 +69,11 @@ fn options(mut words: impl Iterator<Item = String>) -> Result<Options, Failure> 
     let controller = controller
         .parse()
         .map_err(|_| Failure::Usage(format!("{controller} is no address with port")))?;
-    let (mut bonds, mut stream_hz) = (None, STREAM_HZ);
+    let (mut flash, mut stream_hz) = (None, STREAM_HZ);
     while let Some(word) = words.next() {
         let value = words.next().ok_or_else(|| missing(&word))?;
         match word.as_str() {
-            "--bonds" => bonds = Some(PathBuf::from(value)),
+            "--flash" => flash = Some(PathBuf::from(value)),
             "--stream-hz" => {
                 stream_hz = value
                     .parse()
@@ -75,7 +84,7 @@ fn options(mut words: impl Iterator<Item = String>) -> Result<Options, Failure> 
     }
     Ok(Options {
         controller,
-        bonds: bonds.ok_or_else(|| missing("--bonds"))?,
+        flash: flash.ok_or_else(|| missing("--flash"))?,
         stream_hz,
     })
 }
@@ -92,29 +101,49 @@ async fn main() -> Result<(), Failure> {
 
     let (outbox, inbox) = (Outbox::new(), Inbox::new());
     let (calibration, window) = (Shown::new(), PairingWindow::new());
-    let battery_percent = AtomicU8::new(87);
+    let vitals = Vitals::new();
+    vitals.set_battery(&Battery::LITHIUM_POLYMER, BATTERY_MV);
+    let file = FileFlash::open(&options.flash)?;
+    let models = file.another()?;
+    let storage = Storage::open(file, DK).await;
+    let flash = Flash::new(storage.map_err(|error| Failure::Flash(error.to_string()))?);
     let ports = Ports {
         outbox: &outbox,
         inbox: &inbox,
         calibration: &calibration,
         window: &window,
-        battery_percent: &battery_percent,
+        battery_percent: vitals.battery_percent(),
         device: DeviceInformation {
             manufacturer: "Tonus",
             model: "air",
             firmware: env!("CARGO_PKG_VERSION"),
         },
     };
-    let mut bonds = bonds::FileBonds::new(options.bonds);
-    let report = |notice| println!("notice {notice:?}");
-    let wearer = Wearer::new(std::process::id(), &outbox, &calibration)?;
+    let mut bonds = KeptBonds(&flash);
+    let report = |notice| {
+        if notice == Notice::Connected {
+            vitals.linked();
+        }
+        println!("notice {notice:?}");
+    };
+    let wearer = Wearer {
+        boot_id: std::process::id(),
+        outbox: &outbox,
+        inbox: &inbox,
+        shown: &calibration,
+        flash: &flash,
+        models: &models,
+        vitals: &vitals,
+    };
     tokio::select! {
         ended = ble::run(&controller, Address::random(ADDRESS), &ports, &mut bonds, report) => {
             let Err(error) = ended;
             Err(Failure::Controller(format!("{error:?}")))
         }
-        never = wearer.wear(options.stream_hz) => match never {},
-        never = wearer.handle(&inbox) => match never {},
+        ended = wearer.run(options.stream_hz) => {
+            let Err(error) = ended;
+            Err(error.into())
+        }
         ended = obey(&window, &inbox) => Ok(ended?),
     }
 }

@@ -6,10 +6,11 @@ use super::registers::Register;
 
 /// Why the converter gave no scan.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum Ads129xError {
     /// The bus reported an error.
     #[error("SPI failed ({0:?}): check SCLK, MOSI, MISO and CS")]
-    Spi(spi::ErrorKind),
+    Spi(#[cfg_attr(target_os = "none", defmt(Debug2Format))] spi::ErrorKind),
     /// A transfer did not end.
     #[error("SPI transfer did not end within {limit_us} us: check clock and supply")]
     SpiStuck {

@@ -29,6 +29,7 @@
 
 /// The address of a register.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub struct Register(pub u8);
 
 impl Register {

@@ -1,9 +1,9 @@
 use super::*;
 
 /// Recognisable, and different in every byte from its neighbours in number; the length of the real packet's order.
-fn calibration(number: u32) -> Calibration {
+fn calibration(number: u32) -> Record {
     let bytes = Random(u64::from(number)).bytes(150 + number as usize % 7);
-    Calibration {
+    Record {
         version: 2,
         bytes: Vec::from_slice(&bytes).unwrap(),
     }
@@ -13,7 +13,7 @@ fn keep(storage: &mut Opened<'_>, number: u32) -> Result<(), Error> {
     block_on(storage.keep_calibration(&calibration(number)))
 }
 
-fn read(flash: &mut FakeFlash) -> Result<Option<Calibration>, Error> {
+fn read(flash: &mut FakeFlash) -> Result<Option<Record>, Error> {
     block_on(open(flash).calibration())
 }
 
@@ -26,7 +26,7 @@ fn kept(count: u32) -> FakeFlash {
     flash
 }
 
-fn numbered(count: u32) -> Option<Calibration> {
+fn numbered(count: u32) -> Option<Record> {
     (count > 0).then(|| calibration(count))
 }
 
@@ -41,7 +41,7 @@ fn what_was_kept_comes_back_after_a_restart() {
 #[test]
 fn a_record_in_the_flash_is_what_the_documentation_says() {
     let mut flash = FakeFlash::new();
-    let calibration = Calibration {
+    let calibration = Record {
         version: 0x0102,
         bytes: Vec::from_slice(b"tonus").unwrap(),
     };
@@ -221,7 +221,7 @@ fn eight_calibrations_cost_one_erase_and_both_pages_share_them() {
 #[test]
 fn an_empty_calibration_is_refused() {
     let mut flash = kept(1);
-    let empty = Calibration {
+    let empty = Record {
         version: 2,
         bytes: Vec::new(),
     };
@@ -239,10 +239,43 @@ fn an_empty_calibration_is_refused() {
 #[test]
 fn the_longest_calibration_fits() {
     let mut flash = kept(1);
-    let longest = Calibration {
+    let longest = Record {
         version: u16::MAX,
-        bytes: Vec::from_slice(&Random(1).bytes(CALIBRATION_BYTES)).unwrap(),
+        bytes: Vec::from_slice(&Random(1).bytes(RECORD_BYTES)).unwrap(),
     };
     block_on(open(&mut flash).keep_calibration(&longest)).unwrap();
     assert_eq!(read(&mut flash), Ok(Some(longest)));
+}
+
+/// Bonds lie in a partition of their own, and come back when a rotten record was replaced.
+#[test]
+fn bonds_and_calibration_do_not_touch_each_other_and_rotten_bonds_can_be_replaced() {
+    let mut flash = kept(1);
+    assert_eq!(block_on(open(&mut flash).bonds()), Ok(None));
+    for number in 10..40 {
+        block_on(open(&mut flash).keep_bonds(&calibration(number))).unwrap();
+        assert_eq!(
+            block_on(open(&mut flash).bonds()),
+            Ok(Some(calibration(number)))
+        );
+    }
+    assert_eq!(read(&mut flash), Ok(numbered(1)));
+    let newest = DK.bonds.start + PAGE_BYTES + 32 + 5 * 508;
+    flash.flip(newest + 20, 3);
+    let rotten = block_on(open(&mut flash).bonds());
+    assert!(
+        matches!(
+            rotten,
+            Err(StorageError::Damaged {
+                partition: Name::Bonds,
+                ..
+            })
+        ),
+        "{rotten:?}"
+    );
+    block_on(open(&mut flash).keep_bonds(&calibration(40))).unwrap();
+    assert_eq!(
+        block_on(open(&mut flash).bonds()),
+        Ok(Some(calibration(40)))
+    );
 }

@@ -14,10 +14,10 @@ const WRITES_PER_ERASE: u8 = 2;
 
 /// SplitMix64 (Steele, Lea and Flood 2014).
 #[derive(Clone, Debug)]
-pub(super) struct Random(pub(super) u64);
+pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
-    pub(super) fn next(&mut self) -> u64 {
+    pub(crate) fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut mixed = self.0;
         mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -25,17 +25,17 @@ impl Random {
         mixed ^ (mixed >> 31)
     }
 
-    pub(super) fn below(&mut self, limit: u64) -> u64 {
+    pub(crate) fn below(&mut self, limit: u64) -> u64 {
         self.next() % limit
     }
 
-    pub(super) fn bytes(&mut self, length: usize) -> Vec<u8> {
+    pub(crate) fn bytes(&mut self, length: usize) -> Vec<u8> {
         (0..length).map(|_| self.next() as u8).collect()
     }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum FakeError {
+pub(crate) enum FakeError {
     NotAligned,
     OutOfBounds,
     /// A word was written more often than the chip allows.
@@ -57,7 +57,7 @@ impl NorFlashError for FakeError {
 
 /// How a step is cut.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum How {
+pub(crate) enum How {
     Before,
     /// Some bits are written or erased, others are not.
     Within {
@@ -70,32 +70,32 @@ pub(super) enum How {
 
 /// Cuts power in the step that comes after `step` others.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Cut {
-    pub(super) step: u64,
-    pub(super) how: How,
+pub(crate) struct Cut {
+    pub(crate) step: u64,
+    pub(crate) how: How,
 }
 
 /// What a step did, for choosing where to cut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Step {
+pub(crate) enum Step {
     Write(u32),
     Erase(u32),
 }
 
 #[derive(Clone)]
-pub(super) struct FakeFlash {
-    pub(super) bytes: Vec<u8>,
+pub(crate) struct FakeFlash {
+    pub(crate) bytes: Vec<u8>,
     writes: Vec<u8>,
     /// Words written and pages erased so far.
-    pub(super) steps: u64,
-    pub(super) erases: Vec<u32>,
-    pub(super) trace: Option<Vec<Step>>,
+    pub(crate) steps: u64,
+    pub(crate) erases: Vec<u32>,
+    pub(crate) trace: Option<Vec<Step>>,
     cut: Option<Cut>,
     powered: bool,
 }
 
 impl FakeFlash {
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self {
             bytes: vec![0xff; FLASH_BYTES as usize],
             writes: vec![0; (FLASH_BYTES / WORD_BYTES) as usize],
@@ -108,22 +108,22 @@ impl FakeFlash {
     }
 
     /// Cuts power, counted from now.
-    pub(super) fn cut(&mut self, cut: Cut) {
+    pub(crate) fn cut(&mut self, cut: Cut) {
         let step = self.steps + cut.step;
         self.cut = Some(Cut { step, ..cut });
     }
 
     /// Power comes back.
-    pub(super) fn restart(&mut self) {
+    pub(crate) fn restart(&mut self) {
         self.powered = true;
         self.cut = None;
     }
 
-    pub(super) fn flip(&mut self, address: u32, bit: u32) {
+    pub(crate) fn flip(&mut self, address: u32, bit: u32) {
         self.bytes[address as usize] ^= 1 << bit;
     }
 
-    pub(super) fn slice(&self, start: u32, length: u32) -> &[u8] {
+    pub(crate) fn slice(&self, start: u32, length: u32) -> &[u8] {
         &self.bytes[start as usize..(start + length) as usize]
     }
 

@@ -33,7 +33,7 @@ pub(super) fn send_from(storage: &mut Opened<'_>, model: &Sent, offset: u32) -> 
         block_on(storage.receive_piece(offset as u32, &model.bytes[offset..end]))?;
         offset = end;
     }
-    block_on(storage.finish_upload())
+    block_on(storage.finish_upload(|_| true))
 }
 
 pub(super) fn upload(storage: &mut Opened<'_>, model: &Sent) -> Result<(), Error> {
@@ -118,7 +118,7 @@ fn the_old_model_stays_in_use_until_the_new_one_is_whole() {
         assert_eq!(storage.model(), before);
     }
     assert_eq!(storage.upload().unwrap().received, LENGTH as u32);
-    block_on(storage.finish_upload()).unwrap();
+    block_on(storage.finish_upload(|_| true)).unwrap();
     assert_eq!(storage.upload(), None);
     assert_eq!(storage.model().unwrap().sha256, new.sha256);
     let before = before.unwrap();
@@ -166,7 +166,7 @@ fn cut_upload(base: &FakeFlash, old: Option<&Sent>, new: &Sent, cut: Cut) {
             block_on(storage.receive_piece(offset, piece))?;
             acknowledged = offset + piece.len() as u32;
         }
-        block_on(storage.finish_upload())
+        block_on(storage.finish_upload(|_| true))
     })();
     assert!(power_was_cut(outcome), "{cut:?} was not reached");
     flash.restart();
@@ -295,7 +295,7 @@ fn the_running_image_is_never_written() {
     let mut flash = with(&[&model(1, 77_824), &model(2, 77_824), &model(3, 77_824)]);
     let pages = &flash.erases[..(DK.models[0].start / PAGE_BYTES) as usize];
     assert!(pages.iter().all(|&erases| erases == 0));
-    assert_eq!(block_on(open(&mut flash).bonds()), Ok(Bonds::new()));
+    assert_eq!(block_on(open(&mut flash).bonds()), Ok(None));
     assert_eq!(block_on(open(&mut flash).calibration()), Ok(None));
     let image = flash.slice(0, DK.models[0].start);
     assert!(image.iter().all(|&byte| byte == 0xff));

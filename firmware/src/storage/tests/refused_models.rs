@@ -101,7 +101,7 @@ fn what_does_not_belong_to_an_upload_changes_nothing() {
     };
     assert_eq!(piece(&mut storage, 0, 10), Err(StorageError::NotReceiving));
     assert_eq!(
-        block_on(storage.finish_upload()),
+        block_on(storage.finish_upload(|_| true)),
         Err(StorageError::NotReceiving)
     );
     for got in [0, 77_825, u32::MAX] {
@@ -133,7 +133,7 @@ fn what_does_not_belong_to_an_upload_changes_nothing() {
         })
     );
     assert_eq!(
-        block_on(storage.finish_upload()),
+        block_on(storage.finish_upload(|_| true)),
         Err(StorageError::Incomplete {
             expected: 1000,
             got: 10
@@ -141,4 +141,22 @@ fn what_does_not_belong_to_an_upload_changes_nothing() {
     );
     send_from(&mut storage, &model, 10).unwrap();
     assert_eq!(in_use(&mut flash), Some(model.bytes));
+}
+
+#[test]
+fn a_whole_model_that_does_not_fit_is_forgotten_and_the_old_one_stays() {
+    let (old, new) = (model(1, 5_000), model(2, 6_000));
+    let mut flash = with(&[&old]);
+    let mut storage = open(&mut flash);
+    begin(&mut storage, &new).unwrap();
+    block_on(storage.receive_piece(0, &new.bytes)).unwrap();
+    let mut asked = None;
+    let refused = block_on(storage.finish_upload(|model| {
+        asked = Some((model.length, model.sha256));
+        false
+    }));
+    assert_eq!(refused, Err(StorageError::NotFitting));
+    assert_eq!(asked, Some((6_000, new.sha256)));
+    assert_eq!(storage.upload(), None);
+    assert_eq!(in_use(&mut flash), Some(old.bytes));
 }
