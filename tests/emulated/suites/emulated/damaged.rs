@@ -1,20 +1,13 @@
 //! The image when it is reset, and when one of its functions does not do its work.
 
 use tonus_emulated::chip::Reset;
-use tonus_emulated::{Damage, Machine, MachineError, Stop};
+use tonus_emulated::{Damage, MachineError, Stop};
 use tonus_shared::wire::Frame;
 
-use super::{frames, frames_since, image, wearer};
+use super::{STARTED_US, frames, frames_since, started};
 
-const STARTED_US: u64 = 600_000;
 /// What makes packets of scans; the compiler puts it into the task that calls it.
-const SIGNAL_PATH: [&str; 2] = ["SignalPath", "buffer_full"];
-
-fn started() -> Machine {
-    let mut machine = Machine::new(image(), wearer(vec![1877])).unwrap();
-    assert_eq!(machine.run_until(STARTED_US), Ok(Stop::Time));
-    machine
-}
+const SIGNAL_PATH: [&str; 2] = ["SignalPath", "push_scan"];
 
 fn boot_ids(frames: &[(u64, Frame)]) -> Vec<u32> {
     let mut ids: Vec<u32> = frames
@@ -98,7 +91,7 @@ fn an_undefined_instruction_ends_the_run_and_names_the_function() {
 #[test]
 fn a_function_that_is_not_there_cannot_be_damaged() {
     let mut machine = started();
-    let parts = ["buffer_full", "SignalPath"];
+    let parts = ["push_scan", "SignalPath"];
     assert_eq!(
         machine.damage(&parts, Damage::Hang),
         Err(MachineError::NoFunction {

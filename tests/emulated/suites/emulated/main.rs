@@ -6,10 +6,15 @@
     reason = "test suite"
 )]
 
+mod acquisition;
 mod bare;
 mod damaged;
 mod faults;
 mod guest;
+mod host;
+mod lost;
+mod models;
+mod power;
 mod receiving;
 mod recording;
 mod streaming;
@@ -21,12 +26,28 @@ use std::path::Path;
 use std::process::Command;
 use std::sync::OnceLock;
 
-use tonus_emulated::world::{Converter, World};
+use tonus_emulated::device::{
+    ads129x::{Ads129x, Wires},
+    lsm6dso::Lsm6dso,
+};
+use tonus_emulated::world::World;
 use tonus_emulated::{Image, Machine, Stop};
-use tonus_shared::wire::{Frame, cobs::Unframer, decode};
+use tonus_shared::wire::{Frame, Packet, Status, cobs::Unframer, decode};
 
-/// AIN0, by the number that PSELP has for it.
-const AIN0: u32 = 1;
+/// How the DK's board file wires the ADS1294: SCLK P0.27, DIN P0.26, DOUT P0.02, CS P0.28, DRDY P0.29, START P0.30,
+/// RESET P0.31.
+const CONVERTER: Wires = Wires {
+    bus: [27, 26, 2],
+    select: 28,
+    ready: 29,
+    start: Some(30),
+    reset: Some(31),
+};
+/// The LSM6DSO: SA0 pulled up; SCL P1.02, SDA P1.01.
+const SENSOR_ADDRESS: u8 = 0x6B;
+const SENSOR_WIRES: [u32; 2] = [34, 33];
+/// 1 g along z at +-4 g: 0.122 mg a count.
+const AT_REST: [i16; 6] = [0, 0, 0, 0, 0, 8197];
 
 /// The image, built from this tree once.
 fn image() -> Image {
@@ -51,13 +72,49 @@ fn built() -> std::path::PathBuf {
     target.join("thumbv7em-none-eabihf/firmware/tonus-firmware")
 }
 
-/// A wearer whose biceps gives these counts, over and over.
-fn wearer(counts: Vec<i16>) -> World {
+/// A wearer whose four channels give these counts, over and over, and whose arm is still.
+fn wearer(counts: Vec<Vec<i32>>) -> World {
+    let mut imu = Lsm6dso::new(SENSOR_ADDRESS, SENSOR_WIRES);
+    imu.measure(AT_REST);
     World {
         seed: 20_260_101,
-        converter: Converter::with_signals(vec![(AIN0, counts)]),
+        ads: Some(Ads129x::new(CONVERTER, counts)),
+        imu: Some(imu),
         ..World::default()
     }
+}
+
+/// One whose muscles do nothing; the amplifier's noise is there.
+fn quiet() -> World {
+    wearer(
+        (0..4)
+            .map(|channel| vec![300 + channel, -300, 40, -40])
+            .collect(),
+    )
+}
+
+/// The image with a quiet wearer, running.
+fn started() -> Machine {
+    ran(quiet(), STARTED_US)
+}
+
+/// When the image surely streams.
+const STARTED_US: u64 = 1_500_000;
+
+fn converter(machine: &Machine) -> &Ads129x {
+    machine.world().unwrap().ads.as_ref().unwrap()
+}
+
+fn converter_mut(machine: &mut Machine) -> &mut Ads129x {
+    machine.world_mut().unwrap().ads.as_mut().unwrap()
+}
+
+fn last_status(frames: &[(u64, Frame)]) -> Status {
+    let status = |(_, frame): &(u64, Frame)| match frame.packet {
+        Packet::Status(status) => Some(status),
+        _ => None,
+    };
+    frames.iter().rev().find_map(status).unwrap()
 }
 
 /// A machine that has run for this long, in microseconds, without a fault or a reset.

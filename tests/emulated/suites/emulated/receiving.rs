@@ -1,12 +1,11 @@
 //! What a host sends to the chip's serial port.
 
 use tonus_emulated::{Machine, Stop};
-use tonus_shared::wire::cobs::{MAX_BLOCK_BYTES, enclose};
-use tonus_shared::wire::{Frame, HandPosition, Header, MAX_FRAME_BYTES, Packet, Ping};
+use tonus_shared::wire::cobs::MAX_BLOCK_BYTES;
+use tonus_shared::wire::{HandPosition, Packet, Ping};
 
-use super::{frames, image, wearer};
-
-const STARTED_US: u64 = 600_000;
+use super::host::enclosed;
+use super::{STARTED_US, frames, started};
 
 fn block(sequence: u32) -> Vec<u8> {
     let packet = Packet::HandPosition(HandPosition {
@@ -15,25 +14,9 @@ fn block(sequence: u32) -> Vec<u8> {
     enclosed(sequence, packet)
 }
 
-fn enclosed(sequence: u32, packet: Packet) -> Vec<u8> {
-    let frame = Frame {
-        header: Header {
-            boot_id: 7,
-            sequence,
-            device_us: 0,
-        },
-        packet,
-    };
-    let (mut bytes, mut block) = ([0; MAX_FRAME_BYTES], [0; MAX_BLOCK_BYTES]);
-    let length = frame.encode(&mut bytes).unwrap();
-    let length = enclose(&bytes[..length], &mut block).unwrap();
-    block[..length].to_vec()
-}
-
 /// A machine to which the host has sent this, long enough ago.
 fn told(bytes: &[u8]) -> Machine {
-    let mut machine = Machine::new(image(), wearer(vec![1877])).unwrap();
-    assert_eq!(machine.run_until(STARTED_US), Ok(Stop::Time));
+    let mut machine = started();
     machine.send(bytes);
     let line_us = 10 * bytes.len() as u64;
     assert_eq!(
@@ -73,9 +56,8 @@ fn a_flood_turns_the_ring_many_times_without_a_byte_lost() {
 fn every_ping_at_a_host_s_pace_is_answered() {
     const PINGS: u32 = 50;
     const PACE_US: u64 = 10_000;
-    let mut machine = Machine::new(image(), wearer(vec![1877])).unwrap();
+    let mut machine = started();
     let mut now_us = STARTED_US;
-    assert_eq!(machine.run_until(now_us), Ok(Stop::Time));
     for id in 0..PINGS {
         let ping = Packet::Ping(Ping::Request {
             id,

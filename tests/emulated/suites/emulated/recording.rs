@@ -2,16 +2,18 @@
 
 use std::path::PathBuf;
 
-/// What the amplifier and the converter of the wearable's analogue front end make of a voltage at the electrodes:
-/// 200 times, around 1.65 V, 3.6 V in 4096 counts.
-fn count(volts: f64) -> i16 {
-    ((volts * 200.0 + 1.65) / 3.6 * 4096.0)
-        .round()
-        .clamp(0.0, 4095.0) as i16
+/// What an ADS1294 at gain 6 makes of a voltage: 2.4 V in 2^23 counts.
+fn count(volts: f64) -> i32 {
+    (volts * 6.0 / 2.4 * f64::from(1 << 23)).round() as i32
 }
 
-/// Biceps of one trial of lifting a box (2 kHz), at 1 kHz by the mean of neighbours.
-pub(crate) fn biceps() -> Vec<i16> {
+/// Biceps, triceps, front and middle deltoid of one trial of lifting a box (2 kHz), at 1 kHz by the mean of
+/// neighbours.
+pub(crate) fn lift() -> Vec<Vec<i32>> {
+    (0..4).map(channel).collect()
+}
+
+fn channel(number: usize) -> Vec<i32> {
     let data = std::env::var_os("TONUS_DATA").map_or_else(
         || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"),
         PathBuf::from,
@@ -23,7 +25,7 @@ pub(crate) fn biceps() -> Vec<i16> {
         .headers()
         .unwrap()
         .iter()
-        .position(|name| name == "emg0")
+        .position(|name| name == format!("emg{number}"))
         .unwrap();
     let volts: Vec<f64> = reader
         .records()
