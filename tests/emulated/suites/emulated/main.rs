@@ -6,11 +6,6 @@
     reason = "test suite"
 )]
 
-mod faults;
-mod receiving;
-mod recording;
-mod streaming;
-
 // The outbox of the wearable locks by it.
 use critical_section as _;
 
@@ -18,7 +13,11 @@ use std::path::Path;
 use std::process::Command;
 use std::sync::OnceLock;
 
-use tonus_emulated::world::{Converter, World};
+use tonus_emulated::device::{
+    ads129x::{Ads129x, Wires},
+    lsm6dso::Lsm6dso,
+};
+use tonus_emulated::world::World;
 use tonus_emulated::{Image, Machine, Stop};
 use tonus_shared::wire::{Frame, cobs::Unframer, decode};
 
@@ -48,13 +47,47 @@ fn built() -> std::path::PathBuf {
     target.join("thumbv7em-none-eabihf/firmware/tonus-firmware")
 }
 
-/// A wearer whose biceps gives these counts, over and over.
-fn wearer(counts: Vec<i16>) -> World {
+/// How the DK's board file wires the ADS1294: SCLK P0.27, DIN P0.26, DOUT P0.04, CS P0.28, DRDY P0.29, START P0.30, RESET P0.31.
+const CONVERTER: Wires = Wires {
+    bus: [27, 26, 4],
+    select: 28,
+    ready: 29,
+    start: Some(30),
+    reset: Some(31),
+};
+/// SCL P0.25, SDA P1.08; SA0 is pulled up.
+const SENSOR: ([u32; 2], u8) = ([25, 40], 0x6b);
+
+/// A wearer whose four channels give these counts, over and over.
+fn wearer(counts: Vec<Vec<i32>>) -> World {
     World {
         seed: 20_260_101,
-        converter: Converter::with_signals(vec![(AIN0, counts)]),
+        ads: Some(Ads129x::new(CONVERTER, counts)),
+        imu: Some(Lsm6dso::new(SENSOR.1, SENSOR.0)),
         ..World::default()
     }
+}
+
+#[test]
+fn smoke() {
+    let mut machine = Machine::new(image(), wearer(vec![vec![100, -100]; 4])).unwrap();
+    let stop = machine.run_until(4_000_000);
+    println!("{stop:?} {:#?}", machine.log());
+    let mut kinds = std::collections::BTreeMap::new();
+    for (at, frame) in frames(&machine) {
+        *kinds.entry(format!("{}", frame.packet.kind())).or_insert(0) += 1;
+        if matches!(frame.packet.kind(), tonus_shared::wire::Kind::Status) {
+            println!("{at} {frame:?}");
+        }
+    }
+    println!(
+        "{kinds:?} {} instructions {}",
+        machine.now_us(),
+        machine.instructions()
+    );
+    let ads = machine.world().unwrap().ads.as_ref().unwrap();
+    println!("conversions {}", ads.converted.len());
+    panic!();
 }
 
 /// A machine that has run for this long, in microseconds, without a fault or a reset.
