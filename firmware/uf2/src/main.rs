@@ -57,15 +57,19 @@ fn convert(elf: &Path, uf2: &Path) -> Result<usize, Uf2Error> {
 
 /// The file is there whole or not at all: half of one would be half an image on the chip.
 fn write_whole(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    let mut file = tempfile::NamedTempFile::new_in(folder)?;
-    file.write_all(bytes)?;
-    file.as_file().sync_all()?;
-    file.persist(path).map_err(|failed| failed.error)?;
-    Ok(())
+    let mut part = path.as_os_str().to_owned();
+    part.push(".part");
+    let part = Path::new(&part);
+    let written = std::fs::File::create(part).and_then(|mut file| {
+        file.write_all(bytes)?;
+        file.sync_all()?;
+        std::fs::rename(part, path)
+    });
+    if written.is_err() {
+        // What is half written helps nobody; the first error is the one to report.
+        let _ = std::fs::remove_file(part);
+    }
+    written
 }
 
 #[cfg(test)]

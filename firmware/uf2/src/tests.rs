@@ -190,6 +190,9 @@ fn a_refused_image_leaves_the_file_as_it_was() {
     convert(&folder.path().join("none"), &uf2).expect_err("no image");
     assert_eq!(std::fs::read(&uf2).expect("still there"), first);
     convert(&good, &folder.path().join("no/such/folder.uf2")).expect_err("nowhere to write");
+    // A folder stands where the file should go: written beside it, not moved there, and cleared away.
+    std::fs::create_dir(folder.path().join("folder")).expect("a folder");
+    convert(&good, &folder.path().join("folder")).expect_err("not a file");
     // Nothing half written lies about.
-    assert_eq!(std::fs::read_dir(&folder).expect("read").count(), 3);
+    assert_eq!(std::fs::read_dir(&folder).expect("read").count(), 4);
 }
