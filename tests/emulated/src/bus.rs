@@ -21,7 +21,7 @@ use crate::error::{Access, MachineError};
 use crate::system::{self, System};
 use crate::world::World;
 
-/// Addresses of the timers and counters (PS 4.2.3), and their interrupts.
+/// Addresses of the timers and counters (PS 4.2, "Instantiation"), and their interrupts.
 const TIMERS: [(u32, u32); 5] = [
     (0x4000_8000, 8),
     (0x4000_9000, 9),
@@ -57,7 +57,7 @@ impl Bus {
     /// As after a reset for `reset`, or after power came.
     #[must_use]
     pub fn new(world: World, reset: Option<Reset>) -> Self {
-        // PS 5.3.7.13: DOG is bit 1, SREQ bit 2.
+        // PS 5.3, register RESETREAS: DOG is bit 1, SREQ bit 2.
         let reasons = match reset {
             None => 0,
             Some(Reset::Watchdog) => 2,

@@ -176,7 +176,7 @@ fn before_block(engine: &mut Engine<'_>, address: u64, size: u32) {
     state.instructions += count;
 }
 
-/// Flash bits can be cleared by writing, not set: PS 4.3.1.
+/// Flash bits can be cleared by writing, not set: PS 4.3, "Writing to flash".
 fn restore_zeros(engine: &mut Engine<'_>) {
     if engine.get_data().overwritten.is_empty() {
         return;

@@ -5,7 +5,7 @@ use crate::chip::Kept;
 
 /// Address.
 pub const BASE: u32 = 0xE000_E000;
-/// Interrupts of the chip (PS 7.1): 48.
+/// Interrupts of the chip (PS 4.1, "CPU and support module configuration"): 48.
 const INTERRUPTS: u32 = 48;
 /// Exception number of interrupt 0.
 const FIRST: u32 = 16;
@@ -136,7 +136,7 @@ impl System {
             0x180..0x188 => self.enabled &= !bits(0x180),
             0x200..0x208 => self.latched |= bits(0x200),
             0x280..0x288 => self.latched &= !bits(0x280),
-            // PS 3.1: three bits of priority.
+            // PS 4.1: three bits of priority.
             0x400..0x430 if size == 1 => {
                 self.priority[offset as usize - 0x400] = value as u8 & 0xE0
             }

@@ -1,4 +1,4 @@
-//! CLOCK, POWER and APPROTECT, which share one address (PS 5.4, 5.3, 4.8.2.2).
+//! CLOCK, POWER and APPROTECT, which share one address (PS 5.4, 5.3, 4.8).
 
 use super::{Around, CYCLES_PER_US, Common, Kept, Peripheral};
 
@@ -6,9 +6,9 @@ use super::{Around, CYCLES_PER_US, Common, Kept, Peripheral};
 pub const BASE: u32 = 0x4000_0000;
 const HF_STARTED: u32 = 0;
 const LF_STARTED: u32 = 1;
-/// Start of the 64 MHz crystal oscillator: PS 5.4.4.3, typical 0.36 ms.
+/// Start of the 64 MHz crystal oscillator: PS 5.4, electrical specification, typical 0.36 ms.
 const HF_START_CYCLES: u64 = 360 * CYCLES_PER_US;
-/// Start of the 32.768 kHz crystal oscillator: PS 5.4.4.4, typical 0.25 s.
+/// Start of the 32.768 kHz crystal oscillator: PS 5.4, electrical specification, typical 0.25 s.
 const LF_START_CYCLES: u64 = 250_000 * CYCLES_PER_US;
 const RESETREAS: u32 = 0x400;
 

@@ -1,4 +1,4 @@
-//! GPIO: pins of both ports (PS 6.8).
+//! GPIO: pins of both ports (PS 6.9).
 
 use super::{Around, Peripheral};
 
@@ -85,7 +85,7 @@ impl Peripheral for Gpio {
             0x514 => registers.direction = value,
             0x518 => registers.direction |= value,
             0x51C => registers.direction &= !value,
-            // PS 6.8.2: a latch cleared while the pin still has the level is set again at once.
+            // PS 6.9, register LATCH: a latch cleared while the pin still has the level is set again at once.
             0x520 => registers.latch &= !value,
             0x524 => registers.detect_latched = value & 1,
             0x700..0x780 => {

@@ -1,4 +1,4 @@
-//! GPIOTE: events from pins and tasks to pins (PS 6.9).
+//! GPIOTE: events from pins and tasks to pins (PS 6.10).
 
 use super::{Around, Common, Peripheral};
 
@@ -47,7 +47,7 @@ impl Gpiote {
             }
         }
         self.seen = levels;
-        // PS 6.9.3: PORT rises with DETECT, which is up while any latch is.
+        // PS 6.10, "Port event": PORT rises with DETECT, which is up while any latch is.
         let detected = around.world.pins.latched.iter().any(|latch| *latch != 0);
         if detected && !self.detected {
             self.common.raise(PORT, around);

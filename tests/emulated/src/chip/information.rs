@@ -1,4 +1,4 @@
-//! What the factory and the programmer wrote: FICR (PS 4.4), UICR (PS 4.5), and the trim of TEMP (PS 6.29).
+//! What the factory and the programmer wrote: FICR (PS 4.4), UICR (PS 4.5), and the trim of TEMP (PS 6.28).
 
 use super::{Around, Kept, Peripheral};
 
@@ -9,7 +9,7 @@ pub const USER: u32 = 0x1000_1000;
 /// Address of TEMP.
 pub const TEMPERATURE: u32 = 0x4000_C000;
 
-/// "AAF0": a chip of build code F, whose access port is opened by software too (PS 4.8.2).
+/// "AAF0": a chip of build code F, whose access port is opened by software too (PS 4.8, "Access port protection").
 const VARIANT: u32 = 0x4141_4630;
 
 /// Read-only words.

@@ -63,7 +63,7 @@ pub trait Memory {
     fn open_flash(&mut self, writable: bool) -> Result<(), MachineError>;
 }
 
-/// Why the chip started again (PS 5.3.7.13, RESETREAS).
+/// Why the chip started again (PS 5.3, register RESETREAS).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reset {
     /// The watchdog was not fed.

@@ -6,9 +6,9 @@ use crate::image::FLASH_BYTES;
 /// Address.
 pub const BASE: u32 = 0x4001_E000;
 const PAGE_BYTES: u32 = 4096;
-/// PS 4.3.9: t_ERASEPAGE, at most 85 ms.
+/// PS 4.3, electrical specification: t_ERASEPAGE, at most 85 ms.
 const ERASE_CYCLES: u64 = 85_000 * CYCLES_PER_US;
-/// PS 4.3.9: t_WRITE, at most 41 us a word.
+/// PS 4.3, electrical specification: t_WRITE, at most 41 us a word.
 pub const WRITE_CYCLES: u64 = 41 * CYCLES_PER_US;
 
 /// What CONFIG says may be done.

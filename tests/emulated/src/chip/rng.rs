@@ -1,11 +1,11 @@
-//! RNG, from a seeded generator instead of noise (PS 6.19).
+//! RNG, from a seeded generator instead of noise (PS 6.21).
 
 use super::{Around, CYCLES_PER_US, Common, Kept, Peripheral};
 
 /// Address.
 pub const BASE: u32 = 0x4000_D000;
 const READY: u32 = 0;
-/// PS 6.19.3: 30 us a byte, and 120 us with bias correction.
+/// PS 6.21, electrical specification: 30 us a byte, and 120 us with bias correction.
 const BYTE_CYCLES: [u64; 2] = [30 * CYCLES_PER_US, 120 * CYCLES_PER_US];
 const CONFIG: u32 = 0x504;
 

@@ -17,7 +17,7 @@ pub struct Rtc {
     held: u64,
     prescaler: u32,
     compare: [u32; 4],
-    /// First period at which each compare may match: PS 6.22.7, a value of N or N + 1 written at N does not.
+    /// First period at which each compare may match: PS 6.22, "Compare", a value of N or N + 1 written at N does not.
     armed: [u64; 4],
     checked: u64,
 }
@@ -102,7 +102,7 @@ impl Peripheral for Rtc {
             0x340 => self.routed = value,
             0x344 => self.routed |= value,
             0x348 => self.routed &= !value,
-            // PS 6.22.3: the prescaler can be written only while the counter stands.
+            // PS 6.22, register PRESCALER: the prescaler can be written only while the counter stands.
             0x508 if self.zero.is_none() => self.prescaler = value & 0xFFF,
             0x540..=0x54C => {
                 let n = (offset as usize - 0x540) / 4;

@@ -13,11 +13,11 @@ const STOPPED: u32 = 5;
 const CHANNELS: u32 = 8;
 const POINTER: u32 = 0x62C;
 const MAXIMUM: u32 = 0x630;
-/// PS 6.23.9: tCONV, below 2 us, after the acquisition time.
+/// PS 6.23, electrical specification: tCONV, below 2 us, after the acquisition time.
 const CONVERSION_CYCLES: u64 = 2 * CYCLES_PER_US;
 /// The specification states no duration of the offset calibration; this is one of ours.
 const CALIBRATION_CYCLES: u64 = 100 * CYCLES_PER_US;
-/// PS 6.23.11.26: CONFIG.TACQ in us.
+/// PS 6.23, register CH[n].CONFIG: TACQ in us.
 const ACQUISITION_US: [u64; 6] = [3, 5, 10, 15, 20, 40];
 
 /// The converter.

@@ -64,7 +64,7 @@ impl Default for Spim {
 }
 
 impl Spim {
-    /// PS 6.25.7.27: bits per second; 16 and 32 MHz have codes of their own.
+    /// PS 6.25, register FREQUENCY: bits per second; 16 and 32 MHz have codes of their own.
     fn bits_per_s(&self) -> u64 {
         match self.kept.value(FREQUENCY) {
             0x0A00_0000 => 16_000_000,

@@ -38,7 +38,7 @@ impl Timer {
         }
     }
 
-    /// BITMODE, PS 6.30.5: 16, 8, 24 or 32 bits.
+    /// PS 6.30, register BITMODE: 16, 8, 24 or 32 bits.
     fn mask(&self) -> u32 {
         match self.width {
             0 => 0xFFFF,

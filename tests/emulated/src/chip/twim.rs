@@ -67,7 +67,7 @@ impl Default for Twim {
 }
 
 impl Twim {
-    /// PS 6.31.7.32: 100, 250 or 400 kHz.
+    /// PS 6.31, register FREQUENCY: 100, 250 or 400 kHz.
     fn bits_per_s(&self) -> u64 {
         match self.kept.value(FREQUENCY) {
             0x0198_0000 => 100_000,

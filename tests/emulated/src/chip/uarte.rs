@@ -21,7 +21,7 @@ const RECEIVE_POINTER: u32 = 0x534;
 const SEND_POINTER: u32 = 0x544;
 /// Start bit, eight data bits, stop bit.
 const BITS: u64 = 10;
-/// PS 6.34.3: bytes that the receiver keeps without a buffer.
+/// PS 6.34, "Reception": bytes that the receiver keeps without a buffer.
 const FIFO_BYTES: usize = 4;
 
 /// A transfer by DMA.
@@ -68,7 +68,7 @@ impl Default for Uarte {
 }
 
 impl Uarte {
-    /// Cycles of one byte on the line: PS 6.34.9.14, the rate is the register's value by 2^32 of 16 MHz.
+    /// Cycles of one byte on the line: PS 6.34, register BAUDRATE, the rate is the register's value by 2^32 of 16 MHz.
     fn byte_cycles(&self) -> u64 {
         let baud = (u64::from(self.kept.value(BAUD)) * 16_000_000) >> 32;
         BITS * CYCLES_PER_S / baud.max(1)

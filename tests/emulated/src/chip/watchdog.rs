@@ -5,7 +5,7 @@ use super::{Around, Common, Kept, Peripheral, Reset, cycles_to_slow, slow_to_cyc
 /// Address.
 pub const BASE: u32 = 0x4001_0000;
 const TIMEOUT: u32 = 0;
-/// PS 6.36.4.9: what a reload request is written as.
+/// PS 6.36, register RR[n]: what a reload request is written as.
 const RELOAD: u32 = 0x6E52_4635;
 /// PS 6.36: the reset follows the event by two periods of the 32,768 Hz clock.
 const GRACE_PERIODS: u64 = 2;

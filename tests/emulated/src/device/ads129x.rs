@@ -1,11 +1,11 @@
 //! TI ADS1294 and ADS1298 on SPI: commands, registers, conversions (datasheet SBAS459K).
 //!
-//! Table and section numbers are that datasheet's. Analogue behaviour is not modelled: a channel's counts are given,
+//! Section titles are that datasheet's. Analogue behaviour is not modelled: a channel's counts are given,
 //! its gain is not applied to them.
 
 use crate::chip::{CYCLES_PER_S, CYCLES_PER_US};
 
-/// Registers 0x00 ID to 0x19 WCT2: table 16.
+/// Registers 0x00 ID to 0x19 WCT2: "Register maps".
 const REGISTERS: usize = 0x1A;
 const CONFIG1: usize = 0x01;
 const CONFIG2: usize = 0x02;
@@ -13,9 +13,9 @@ const CHANNEL_1: usize = 0x05;
 const LOFF_STATP: usize = 0x12;
 const LOFF_STATN: usize = 0x13;
 const GPIO: usize = 0x14;
-/// DRDY is high for four periods of the 2.048 MHz clock before each new conversion, read or not: figure 41.
+/// DRDY is high for four periods of the 2.048 MHz clock before each new conversion, read or not: "Data Ready (DRDY)".
 const READY_HIGH_CYCLES: u64 = 2 * CYCLES_PER_US;
-/// Test signal at a gain of one: 1 mV of a reference of 2.4 V (section 9.6.1.3, CONFIG2), in counts of 2^23 by 2.4 V.
+/// Test signal at a gain of one: 1 mV of a reference of 2.4 V (CONFIG2), in counts of 2^23 by 2.4 V.
 const TEST_COUNTS: i32 = 3495;
 
 /// Which pins of the chip it is soldered to, as PSEL names pins.
@@ -96,7 +96,7 @@ impl Ads129x {
         device
     }
 
-    /// Values after a reset: table 16. It wakes in continuous mode: section 9.5.2.7.
+    /// Values after a reset: "Register maps". It wakes in continuous mode: "RDATAC".
     fn reset(&mut self) {
         self.registers = [0; REGISTERS];
         self.registers[0] = if self.channels == 4 { 0x90 } else { 0x92 };
@@ -124,7 +124,7 @@ impl Ads129x {
         !self.ready_low
     }
 
-    /// Conversions per second: table 18, high resolution by CONFIG1 bit 7.
+    /// Conversions per second: CONFIG1, high resolution by CONFIG1 bit 7.
     #[must_use]
     pub fn rate_hz(&self) -> u64 {
         let config = self.registers[CONFIG1];
@@ -143,7 +143,7 @@ impl Ads129x {
         }
         if selected != self.selected {
             self.selected = selected;
-            // Chip select high resets the serial interface: section 9.5.1.1.
+            // Chip select high resets the serial interface: "Chip Select (CS)".
             self.argument = None;
             self.sent = 0;
         }
@@ -156,7 +156,7 @@ impl Ads129x {
     /// Conversions start anew, or stop.
     fn started(&mut self, now: u64) {
         self.ready_low = false;
-        // Settling takes four conversions and a little (table 9.4.1.3.1); the little is left out.
+        // Settling takes four conversions and a little ("Settling Time"); the little is left out.
         self.next = self.running().then(|| now + 4 * self.period());
     }
 
@@ -192,7 +192,7 @@ impl Ads129x {
         self.next = Some(next + self.period());
     }
 
-    /// Status word and channels: section 9.4.1.3.3, figure 33.
+    /// Status word and channels: "Data Output (DOUT)".
     fn frame(&mut self, number: u64) -> Vec<u8> {
         let sensed = |register: usize, off: u8| self.registers[register] & off;
         let positive = sensed(0x0F, self.lead_off[0]);
@@ -211,7 +211,7 @@ impl Ads129x {
         frame
     }
 
-    /// Section 9.6.1.5, CHnSET: power-down, shorted, test signal, or the electrode.
+    /// CHnSET: power-down, shorted, test signal, or the electrode.
     fn count(&self, channel: usize, number: u64) -> i32 {
         let setting = self.registers[CHANNEL_1 + channel];
         if setting & 0x80 != 0 {
@@ -244,7 +244,7 @@ impl Ads129x {
         if let Some(level) = self.dead {
             return if level { 0xFF } else { 0 };
         }
-        // The first clock puts DRDY up: section 9.4.1.3.2.
+        // The first clock puts DRDY up: "Data Ready (DRDY)".
         self.ready_low = false;
         let answer = self.output.get(self.sent).copied().unwrap_or_default();
         self.sent += 1;
@@ -287,14 +287,14 @@ impl Ads129x {
         }
         if let Some(place) = self.registers.get_mut(register) {
             *place = value;
-            // A write to CONFIG1 restarts the conversions: section 9.4.1.3.
+            // A write to CONFIG1 restarts the conversions: CONFIG1.
             if register == CONFIG1 && self.running() {
                 self.started(now);
             }
         }
     }
 
-    /// Table 15.
+    /// "SPI Command Definitions".
     fn command(&mut self, byte: u8, now: u64) {
         match byte {
             0x06 => self.reset(),
@@ -313,7 +313,7 @@ impl Ads129x {
                 self.output = self.frame((self.converted.len() as u64).saturating_sub(1));
                 self.sent = 0;
             }
-            // Register commands are ignored in continuous mode: section 9.5.2.7.
+            // Register commands are ignored in continuous mode: "RREG".
             0x20..=0x5F if !self.continuous => {
                 self.argument = Some(Argument::Count {
                     first: usize::from(byte & 0x1F),

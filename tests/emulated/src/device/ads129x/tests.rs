@@ -38,7 +38,7 @@ fn registers_are_written_and_read_in_rows() {
         [0x90, 0x85, 0x10, 0xC0]
     );
     assert_eq!(device.rate_hz(), 1000);
-    // Reset values of table 16.
+    // Reset values by the register map.
     exchange(&mut device, &[0x06, 0x11]);
     assert_eq!(
         exchange(&mut device, &[0x20, 0x03, 0, 0, 0, 0])[2..],
