@@ -14,6 +14,9 @@ use crate::{
 /// Longest transfer out of the chip's RAM: a register's address and its value.
 const TRANSFER_BYTES: usize = 2;
 
+/// Of the attitudes, every so many-th is passed on: 104 a second, as often as the stream.
+const EVERY: u32 = 2;
+
 /// Measures for ever.
 #[embassy_executor::task]
 pub(crate) async fn follow(parts: board::AttitudeSensor, mut handle: Handle) {
@@ -33,6 +36,7 @@ pub(crate) async fn follow(parts: board::AttitudeSensor, mut handle: Handle) {
         defmt::error!("the sensor's mounting is no rotation");
         return;
     };
+    let mut measured = 0_u32;
     let now_us = || Instant::now().as_micros();
     imu::sample(&mut sensor, &mut Delay, now_us, |event| {
         handle.pet();
@@ -42,7 +46,11 @@ pub(crate) async fn follow(parts: board::AttitudeSensor, mut handle: Handle) {
                 acquired_us,
             } => {
                 // What is no number is no attitude: the one before stands, and ages.
-                if let Ok(Some(xyzw)) = attitude.push(&motion, acquired_us) {
+                let attitude = attitude.push(&motion, acquired_us);
+                measured = measured.wrapping_add(1);
+                if let Ok(Some(xyzw)) = attitude
+                    && measured.is_multiple_of(EVERY)
+                {
                     ATTITUDE.signal((xyzw, acquired_us));
                 }
                 false

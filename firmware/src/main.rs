@@ -51,7 +51,7 @@ use tonus_firmware::{
 use tonus_shared::{
     pipeline,
     recognition::Storage as Hypotheses,
-    wire::{Calibration, LastWords, ResetReason, StatusFlags},
+    wire::{Calibration, LastWords, StatusFlags},
 };
 
 /// Reads the converter, above all else that computes: a recalibration takes longer than a scan.
@@ -62,7 +62,10 @@ static ACQUISITION: InterruptExecutor = InterruptExecutor::new();
 static SIGNAL_PATH: InterruptExecutor = InterruptExecutor::new();
 
 /// From the front end to the signal path: what comes while filters are designed anew.
-static EVENTS: EventQueue<CHANNELS, 32> = EventQueue::new();
+static EVENTS: EventQueue<CHANNELS, EVENTS_WAIT> = EventQueue::new();
+
+/// Events that may wait: one for each millisecond of the longest computation between two scans, twice.
+const EVENTS_WAIT: usize = 32;
 
 /// From the attitude sensor to the signal path.
 static ATTITUDE: Attitude = Attitude::new();
@@ -103,6 +106,8 @@ enum StartError {
     Transport(transport::StartError),
     /// The flash cannot be read.
     Storage,
+    /// The front end's constants, or the illustrative calibration, are impossible.
+    FrontEnd,
     /// A task was started twice.
     Task(SpawnError),
 }
@@ -160,14 +165,23 @@ async fn start(spawner: Spawner, last_words: Option<LastWords>) -> Result<(), St
     let calibration = calibration(&mut storage).await;
     let flash = &*FLASH.init(Flash::new(storage));
 
-    let start = Start {
-        boot_id: board.boot_id,
+    let path = signal_path(board.boot_id, &calibration).ok_or(StartError::FrontEnd)?;
+    let ports = Ports {
+        events: &EVENTS,
+        attitude: &ATTITUDE,
+        inbox: &INBOX,
+        words: &WORDS,
+        vitals: &VITALS,
         reset_reason: board.reset_reason,
-        last_words,
-        calibration,
+        desk: Desk {
+            outbox: &OUTBOX,
+            jobs: &JOBS,
+            recognition: &RECOGNITION,
+            last_words,
+        },
     };
     let urgent = SIGNAL_PATH.start(board::SIGNAL_PATH_INTERRUPT);
-    urgent.spawn(run(start, handles.signal_path)?);
+    urgent.spawn(run(path, ports, handles.signal_path)?);
     urgent.spawn(attitude::follow(board.attitude, handles.attitude)?);
     let most_urgent = ACQUISITION.start(board::ACQUISITION_INTERRUPT);
     front_end::start(board.front_end, handles.acquisition, most_urgent, spawner)?;
@@ -175,14 +189,6 @@ async fn start(spawner: Spawner, last_words: Option<LastWords>) -> Result<(), St
     spawner.spawn(recognise(flash, handles.recognition)?);
     transport::serve(link, flash, handles.transport, spawner)?;
     Ok(())
-}
-
-/// What was known before the signal path started.
-struct Start {
-    boot_id: u32,
-    reset_reason: ResetReason,
-    last_words: &'static LastWords,
-    calibration: Calibration,
 }
 
 /// The calibration that was kept, or an illustrative one, and then the status says so.
@@ -195,43 +201,40 @@ async fn calibration(storage: &mut Storage<transport::Nvm>) -> Calibration {
     kept.unwrap_or_else(|| pipeline::illustrative(MUSCLES, RATE_HZ))
 }
 
-/// Runs in [`SIGNAL_PATH`], below every hardware interrupt and the converter, above all else.
-#[embassy_executor::task]
-async fn run(start: Start, mut handle: watchdog::Handle) {
-    let Ok(board) = front_end::wearable(start.boot_id) else {
-        defmt::error!("the front end's constants are impossible");
-        return;
-    };
-    let path = SignalPath::new(board, &start.calibration).or_else(|_| {
-        // Of another board, or of another version's limits. (To print which would take 20 kB of code for numbers.)
+/// A signal path with the calibration that was kept, or if this board cannot work with it, with the illustrative one.
+/// A function of its own, called before anything interrupts: the stack that it takes is free again when the tasks run.
+#[inline(never)]
+fn signal_path(
+    boot_id: u32,
+    calibration: &Calibration,
+) -> Option<&'static mut SignalPath<CHANNELS>> {
+    static PATH: StaticCell<SignalPath<CHANNELS>> = StaticCell::new();
+
+    let board = front_end::wearable(boot_id).ok()?;
+    let mut calibration = *calibration;
+    if board.config::<CHANNELS>(&calibration, false).is_err() {
+        // Of another board, or of another version's limits.
         defmt::error!("calibrate anew: the calibration that was kept does not fit this board");
         VITALS.set(StatusFlags::NOT_CALIBRATED, true);
-        SignalPath::new(board, &pipeline::illustrative(MUSCLES, RATE_HZ))
-    });
-    let Ok(mut path) = path else {
-        defmt::error!("the illustrative calibration is impossible on this board");
-        return;
-    };
-    let ports = Ports {
-        events: &EVENTS,
-        attitude: &ATTITUDE,
-        inbox: &INBOX,
-        words: &WORDS,
-        vitals: &VITALS,
-        reset_reason: start.reset_reason,
-        desk: Desk {
-            outbox: &OUTBOX,
-            jobs: &JOBS,
-            recognition: &RECOGNITION,
-            last_words: start.last_words,
-        },
-    };
+        calibration = pipeline::illustrative(MUSCLES, RATE_HZ);
+    }
+    Some(PATH.init(SignalPath::new(board, &calibration).ok()?))
+}
+
+/// Runs in [`SIGNAL_PATH`], below every hardware interrupt and the converter, above all else.
+#[embassy_executor::task]
+async fn run(
+    path: &'static mut SignalPath<CHANNELS>,
+    ports: Ports<'static, CHANNELS, EVENTS_WAIT>,
+    mut handle: watchdog::Handle,
+) {
+    let boot_id = path.boot_id();
     let mut restart_at: Option<Instant> = None;
-    wearable::run(&mut path, ports, now_us, |notice| match notice {
+    wearable::run(path, ports, now_us, |notice| match notice {
         Notice::Alive if restart_at.is_some_and(|at| at <= Instant::now()) => SCB::sys_reset(),
         Notice::Alive => handle.pet(),
         Notice::Asked(kind, sequence) => defmt::debug!("asked: {} {}", kind, sequence),
-        Notice::Calibrated(calibration) => transport::show(start.boot_id, calibration),
+        Notice::Calibrated(calibration) => transport::show(boot_id, calibration),
         Notice::Stumbled(error) => defmt::warn!("front end: {}", error),
         Notice::Failed(error) => defmt::error!("front end: {}", error),
         Notice::NotSent(error) => defmt::error!("not sent: {}", error),

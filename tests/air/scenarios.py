@@ -10,6 +10,7 @@ import traceback
 from pathlib import Path
 
 import hostile
+import keeping
 import links
 import streams
 from radio import Air
@@ -45,7 +46,8 @@ def main():
     streams.PACKETS = options.packets
     # Bumble warns of what the scenarios do on purpose.
     logging.disable(logging.CRITICAL)
-    scenarios = {scenario.__name__: scenario for scenario in links.SCENARIOS + streams.SCENARIOS + hostile.SCENARIOS}
+    chapters = (links, streams, keeping, hostile)
+    scenarios = {scenario.__name__: scenario for chapter in chapters for scenario in chapter.SCENARIOS}
     if options.list:
         print("\n".join(scenarios))
         return 0

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Checks the chip's image, and that `shared` for the chip allocates nothing.
 
-    tests/check/image.py IMAGE RLIB...     prints sizes; exits with 1 when something is wrong
+    tests/check/image.py ble|wired START IMAGE RLIB...   exits with 1 when something is wrong; START is where it lies
     tests/check/image.py --expect-alloc RLIB   exits with 1 unless the library is found to allocate
 """
 
@@ -18,17 +18,19 @@ ARM = 40
 # The allocator's entry points, or any function of the `alloc` crate in either mangling.
 ALLOCATION = re.compile(r"__rust_(?:alloc|dealloc|realloc)|__rg_alloc|_ZN5alloc|_R\w*?\d_?5alloc\d|^(?:malloc|free)$")
 
-# What must be in the image: the interrupts that Nordic's libraries and the converter live by, and the
-# libraries themselves.
-REACHED = ["RADIO", "TIMER0", "RTC0", "CLOCK_POWER", "EGU0_SWI0", "EGU1_SWI1", "SAADC", "mpsl_init", "sdc_init",
-           "sdc_hci_data_put"]
+# What must be in an image: the interrupts that its transport and the converter live by, and Nordic's libraries where
+# there is a radio. Without one they must not be: that image is executed elsewhere, which their licence forbids.
+COMMON = ["EGU1_SWI1", "SAADC"]
+RADIO = ["mpsl_init", "sdc_init", "sdc_hci_data_put"]
+REACHED = {"ble": [*COMMON, "RADIO", "TIMER0", "RTC0", "CLOCK_POWER", "EGU0_SWI0", *RADIO], "wired": [*COMMON, "UARTE0"]}
+ABSENT = {"ble": [], "wired": RADIO}
 
 
 def allocating(symbols):
     return sorted({symbol.name for symbol in symbols if ALLOCATION.search(symbol.name)})
 
 
-def check_image(image):
+def check_image(image, transport, start):
     symbols = {symbol.name: symbol for symbol in image.symbols if symbol.defined}
     loaded = [section for section in image.sections if section.flags & ALLOCATED and section.size]
     in_ram = [section for section in loaded if section.address in RAM]
@@ -51,7 +53,12 @@ def check_image(image):
             section.address < symbols["_stack_start"].value for section in in_ram):
         yield "the stack does not have the bottom of RAM to itself: an overflow would go unnoticed"
     default = symbols["DefaultHandler_"].value if "DefaultHandler_" in symbols else None
-    for name in REACHED:
+    if min(section.address for section in loaded) != start:
+        yield f"the image does not begin at {start:#x}, where the board looks for it"
+    for name in ABSENT[transport]:
+        if name in symbols:
+            yield f"{name} is in the image"
+    for name in REACHED[transport]:
         if name not in symbols or symbols[name].kind != FUNCTION or symbols[name].value == default:
             yield f"{name} is not in the image"
     for name in allocating(symbols.values()):
@@ -65,17 +72,18 @@ def check_library(path):
 
 
 def main(arguments):
-    if len(arguments) < 2:
+    if len(arguments) < 2 or arguments[0] != "--expect-alloc" and (len(arguments) < 3 or arguments[0] not in REACHED):
         print(__doc__, file=sys.stderr)
         return 2
     if arguments[0] == "--expect-alloc":
         found = list(check_library(Path(arguments[1])))
         print("\n".join(found) or f"{arguments[1]}: an allocation went unnoticed")
         return not found
-    violations = list(check_image(Elf(Path(arguments[0]).read_bytes())))
-    for library in arguments[1:]:
+    transport, start, image, *libraries = arguments
+    violations = list(check_image(Elf(Path(image).read_bytes()), transport, int(start, 0)))
+    for library in libraries:
         violations += check_library(Path(library))
-    print("\n".join(violations) or f"image: sound; {len(arguments) - 1} libraries for the chip, none allocates")
+    print("\n".join(violations) or f"image: sound; {len(libraries)} libraries for the chip, none allocates")
     return bool(violations)
 
 

@@ -23,6 +23,8 @@ ANY = {"*"}
 PACKAGES = {
     "tonus-shared": set(),
     "tonus-firmware": {"tonus-shared"},
+    # A tool for the host; it knows the flash's layout.
+    "tonus-uf2": {"tonus-firmware"},
     "tonus": {"tonus-shared"},
     "tonus-tests": {"tonus", "tonus-shared"},
     "tonus-air": {"tonus-firmware", "tonus-shared"},
@@ -220,7 +222,7 @@ def resolve(path, module, crate):
 
 
 def check_packages(root):
-    for manifest in sorted([*root.glob("*/Cargo.toml"), *root.glob("tests/*/Cargo.toml")]):
+    for manifest in sorted([*root.glob("*/Cargo.toml"), *root.glob("firmware/*/Cargo.toml"), *root.glob("tests/*/Cargo.toml")]):
         document = tomllib.loads(manifest.read_text())
         name = document["package"]["name"]
         where = f"{manifest.relative_to(root)}:1"

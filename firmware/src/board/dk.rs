@@ -172,7 +172,7 @@ pub(crate) fn take() -> Board {
             spi: p.SPI3,
             clock: p.P0_27.into(),
             to_chip: p.P0_26.into(),
-            from_chip: p.P0_02.into(),
+            from_chip: p.P0_04.into(),
             select: p.P0_28.into(),
             data_ready: p.P0_29.into(),
             start: p.P0_30.into(),
@@ -185,8 +185,8 @@ pub(crate) fn take() -> Board {
     };
     let attitude = AttitudeSensor {
         bus: p.TWISPI0,
-        data: p.P1_01.into(),
-        clock: p.P1_02.into(),
+        data: p.P1_08.into(),
+        clock: p.P0_25.into(),
     };
     let mut random = Rng::new(p.RNG, Irqs);
     let boot_id = random.blocking_next_u32();

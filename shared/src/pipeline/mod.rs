@@ -38,7 +38,7 @@ use blend::Blend;
 use input::{Inputs, Placement, Scans};
 use outbox::{Outbox, Timed};
 use schedule::Schedule;
-use signal::Signals;
+use signal::{Design, Signals};
 
 /// The signal path of one wearable with `C` channels, 1 to 8.
 ///
@@ -69,19 +69,19 @@ impl<const C: usize> Pipeline<C> {
     /// [`PipelineError`] names the part that cannot work, with its values.
     pub fn new(config: &PipelineConfig<C>) -> Result<Self, PipelineError> {
         const { assert!(C >= 1 && C <= MAX_CHANNELS, "1 to 8 channels") }
-        let signals = Signals::new(config)?;
+        let design = Design::new(config)?;
         let (arm, resting) = Arm::new(&config.arm)?;
-        let chain_delay_us = config::microseconds(signals.chain_delay_s());
+        let chain_delay_us = config::microseconds(design.chain_delay_s());
         Ok(Self {
             boot_id: config.boot_id,
             sequence: 0,
             configuration: config.packet(chain_delay_us)?,
             adc: config.adc,
             arm_stiffness: config.arm,
-            describes_before_us: config::microseconds(signals.delay_s()),
-            scans: Scans::new(config::microseconds(signals.memory_s())),
+            describes_before_us: config::microseconds(design.delay_s()),
+            scans: Scans::new(config::microseconds(design.memory_s())),
             inputs: Inputs::default(),
-            signals,
+            signals: Signals::new(design),
             arm,
             blend: Blend::new(resting),
             co_contraction: 1.0,
@@ -96,9 +96,9 @@ impl<const C: usize> Pipeline<C> {
     /// # Errors
     /// As [`Self::new`].
     pub fn check(config: &PipelineConfig<C>) -> Result<(), PipelineError> {
-        let signals = Signals::new(config)?;
+        let design = Design::new(config)?;
         Arm::new(&config.arm)?;
-        config.packet(config::microseconds(signals.chain_delay_s()))?;
+        config.packet(config::microseconds(design.chain_delay_s()))?;
         Ok(())
     }
 
@@ -111,13 +111,12 @@ impl<const C: usize> Pipeline<C> {
     /// # Errors
     /// As [`Self::new`]; nothing has changed then.
     pub fn reconfigure(&mut self, config: &PipelineConfig<C>) -> Result<(), PipelineError> {
-        let mut signals = Signals::new(config)?;
+        let design = Design::new(config)?;
         let (arm, _) = Arm::new(&config.arm)?;
-        self.configuration = config.packet(config::microseconds(signals.chain_delay_s()))?;
-        signals.take_over(&self.signals);
-        self.describes_before_us = config::microseconds(signals.delay_s());
-        self.scans.restart(config::microseconds(signals.memory_s()));
-        self.signals = signals;
+        self.configuration = config.packet(config::microseconds(design.chain_delay_s()))?;
+        self.describes_before_us = config::microseconds(design.delay_s());
+        self.scans.restart(config::microseconds(design.memory_s()));
+        self.signals.change_over(design);
         self.arm = arm;
         self.arm_stiffness = config.arm;
         self.blend.leave_source();

@@ -67,57 +67,51 @@ impl Channel {
     }
 }
 
+/// What a configuration makes of all channels, less than a tenth of what they remember: so it is made and checked before
+/// anything that works is touched.
+#[derive(Clone, Debug)]
+pub(super) struct Design<const C: usize> {
+    zero_count: i32,
+    volts_per_count: f32,
+    chain: Chain<f32>,
+    monitor: QualityMonitor,
+    activation: Activation<C>,
+    activation_delay_s: f64,
+    normalisations: [Normalisation<f32>; C],
+    weights: [Option<f32>; C],
+}
+
 /// All channels.
 #[derive(Clone, Debug)]
 pub(super) struct Signals<const C: usize> {
     /// The front end's own detection.
     pub(super) lead_off: [bool; C],
-    zero_count: i32,
-    volts_per_count: f32,
-    chain: Chain<f32>,
-    monitor: QualityMonitor,
+    design: Design<C>,
     channels: [Channel; C],
-    activation: Activation<C>,
     activation_state: ActivationState<f32>,
-    activation_delay_s: f64,
     newest_activation: f32,
     held: bool,
 }
 
-impl<const C: usize> Signals<C> {
+impl<const C: usize> Design<C> {
     pub(super) fn new(config: &PipelineConfig<C>) -> Result<Self, PipelineError> {
         let rate_hz = config.chain.rate_hz;
-        let chain = Chain::design(&config.chain)?;
         let window = window_samples(config.activation_window_s, rate_hz, WINDOW_CAPACITY - 1)?;
-        let mut channels = [Channel {
-            normalisation: normalisation(config, 0)?,
-            weight: None,
-            chain: ChainState::new(),
-            quality: QualityState::new(),
-            envelope: 0.0,
-            believed: 0.0,
-            sound: [0.0; 2],
-            doubted: false,
-            warnings: Quality::GOOD,
-            warnings_since_status: Quality::GOOD,
-        }; C];
-        for (index, channel) in channels.iter_mut().enumerate() {
-            channel.normalisation = normalisation(config, index)?;
-            channel.weight = weight(config, index);
+        let mut normalisations = [normalisation(config, 0)?; C];
+        for (index, normalised) in normalisations.iter_mut().enumerate() {
+            *normalised = normalisation(config, index)?;
         }
-        let activation = Activation::new(channels.map(|channel| channel.weight.is_some()), window)?;
+        let weights = core::array::from_fn(|index| weight(config, index));
+        let activation = Activation::new(weights.map(|weight| weight.is_some()), window)?;
         Ok(Self {
-            lead_off: [false; C],
             zero_count: config.adc.offset_counts(),
             volts_per_count: f32::of(config.adc.volts_per_count()),
-            chain,
+            chain: Chain::design(&config.chain)?,
             monitor: QualityMonitor::new(rate_hz, config.adc)?,
-            channels,
             activation,
-            activation_state: ActivationState::new(),
             activation_delay_s: activation.delay_s(rate_hz),
-            newest_activation: 0.0,
-            held: false,
+            normalisations,
+            weights,
         })
     }
 
@@ -135,6 +129,32 @@ impl<const C: usize> Signals<C> {
     pub(super) fn memory_s(&self) -> f64 {
         MEMORY_DELAYS * self.delay_s()
     }
+}
+
+impl<const C: usize> Signals<C> {
+    /// Before the first scan.
+    pub(super) fn new(design: Design<C>) -> Self {
+        let channel = |index| Channel {
+            normalisation: design.normalisations[index],
+            weight: design.weights[index],
+            chain: ChainState::new(),
+            quality: QualityState::new(),
+            envelope: 0.0,
+            believed: 0.0,
+            sound: [0.0; 2],
+            doubted: false,
+            warnings: Quality::GOOD,
+            warnings_since_status: Quality::GOOD,
+        };
+        Self {
+            lead_off: [false; C],
+            channels: core::array::from_fn(channel),
+            design,
+            activation_state: ActivationState::new(),
+            newest_activation: 0.0,
+            held: false,
+        }
+    }
 
     /// Starts the filters anew, as after a long gap; the last believed envelopes stay.
     pub(super) fn restart(&mut self) {
@@ -143,16 +163,19 @@ impl<const C: usize> Signals<C> {
         }
     }
 
-    /// Begins where others ended: what was last believed stands until these have settled.
-    pub(super) fn take_over(&mut self, others: &Self) {
-        self.lead_off = others.lead_off;
-        self.newest_activation = others.newest_activation;
-        for (channel, other) in self.channels.iter_mut().zip(&others.channels) {
-            channel.believed = other.believed;
-            channel.sound = other.sound;
-            channel.envelope = other.envelope;
-            channel.warnings_since_status = other.warnings_since_status;
+    /// Goes over to another design: what was last believed stands until its filters have settled.
+    pub(super) fn change_over(&mut self, design: Design<C>) {
+        for (index, channel) in self.channels.iter_mut().enumerate() {
+            channel.normalisation = design.normalisations[index];
+            channel.weight = design.weights[index];
+            channel.chain.reset();
+            channel.quality = QualityState::new();
+            channel.doubted = false;
+            channel.warnings = Quality::GOOD;
         }
+        self.activation_state.reset();
+        self.held = false;
+        self.design = design;
     }
 
     /// One scan. While `settling`, no envelope is believed. Gives the number of samples refused.
@@ -164,14 +187,18 @@ impl<const C: usize> Signals<C> {
         let slots = self.channels.iter_mut().zip(&mut weighted);
         for ((channel, weighted), (count, lead_off)) in slots.zip(counts.iter().zip(self.lead_off))
         {
-            channel.warnings = self.monitor.step(&mut channel.quality, *count, lead_off);
+            channel.warnings = self
+                .design
+                .monitor
+                .step(&mut channel.quality, *count, lead_off);
             channel.warnings_since_status = channel.warnings_since_status.with(channel.warnings);
             let bad = |bad: &Quality| channel.warnings.contains(*bad);
             let mut believed = !settling && !UNBELIEVABLE.iter().any(bad);
             let envelope = {
                 // As `AdcScale::volts`, the scale rounded beforehand.
-                let volts = difference::<f32>(*count, self.zero_count) * self.volts_per_count;
-                self.chain.step(&mut channel.chain, volts)
+                let volts =
+                    difference::<f32>(*count, self.design.zero_count) * self.design.volts_per_count;
+                self.design.chain.step(&mut channel.chain, volts)
             };
             match envelope.map(|envelope| channel.normalisation.apply(envelope)) {
                 Ok(envelope) if envelope <= MAX_ENVELOPE => channel.envelope = envelope,
@@ -189,7 +216,8 @@ impl<const C: usize> Signals<C> {
         if spoiled {
             self.activation_state.reset();
         }
-        match self.activation.step(&mut self.activation_state, &weighted) {
+        let activation = &self.design.activation;
+        match activation.step(&mut self.activation_state, &weighted) {
             // A mean of what is not negative; the window's running sum may round to just below zero.
             Ok(activation) => self.newest_activation = not_negative(activation),
             Err(_) => refused += 1,
@@ -204,12 +232,12 @@ impl<const C: usize> Signals<C> {
 
     /// Newest normalised envelopes.
     pub(super) fn envelopes(&self) -> [f32; C] {
-        self.channels.map(|channel| channel.envelope)
+        self.channels.each_ref().map(|channel| channel.envelope)
     }
 
     /// Newest warnings.
     pub(super) fn quality(&self) -> [Quality; C] {
-        self.channels.map(|channel| channel.warnings)
+        self.channels.each_ref().map(|channel| channel.warnings)
     }
 
     /// Warnings since this was last asked.

@@ -3,41 +3,43 @@ use super::*;
 const MEMORY_DK: &str = include_str!("../../../../memory.x");
 const MEMORY_XIAO: &str = include_str!("../../../memory-xiao.x");
 
-/// Origin and length of one region of a linker script, as GNU ld reads them.
-fn region(script: &str, name: &str) -> (u32, u32) {
-    let line = script
-        .lines()
-        .find(|line| line.trim_start().starts_with(&format!("{name} ")))
-        .unwrap_or_else(|| panic!("no region {name}"));
-    let value = |key: &str| {
-        let text = line.split_once(key).unwrap().1;
-        let text = text.trim_start_matches([' ', '=']);
-        text.split([',', ' ']).next().unwrap().to_owned()
-    };
-    let number = |text: &str| match (text.strip_prefix("0x"), text.strip_suffix('K')) {
+/// A number of a linker script, as GNU ld reads it: what stands between `before` and the next `,`, `;` or space.
+fn number(script: &str, before: &str) -> u32 {
+    let (_, text) = script
+        .split_once(before)
+        .unwrap_or_else(|| panic!("no `{before}`"));
+    let text = text.split([',', ';', ' ', '\n']).next().unwrap();
+    match (text.strip_prefix("0x"), text.strip_suffix('K')) {
         (Some(hex), _) => u32::from_str_radix(hex, 16).unwrap(),
         (_, Some(kilo)) => kilo.parse::<u32>().unwrap() * 1024,
         _ => text.parse().unwrap(),
-    };
-    (number(&value("ORIGIN")), number(&value("LENGTH")))
+    }
 }
 
 #[test]
 fn linker_scripts_put_the_image_where_the_tables_say() {
-    for (script, layout) in [(MEMORY_DK, DK), (MEMORY_XIAO, XIAO)] {
-        let image = layout.image;
-        assert_eq!(region(script, "FLASH"), (image.start, image.length));
+    let places = [
+        ("? _image_start : ", "? _image_length : ", MEMORY_DK, DK),
+        ("_image_start = ", "_image_length = ", MEMORY_XIAO, XIAO),
+    ];
+    for (start, length, script, Layout { image, .. }) in places {
+        assert_eq!(
+            (number(script, start), number(script, length)),
+            (image.start, image.length)
+        );
     }
 }
 
 #[test]
 fn stack_and_variables_share_the_whole_ram() {
-    for script in [MEMORY_DK, MEMORY_XIAO] {
-        let (stack, ram) = (region(script, "STACK"), region(script, "RAM"));
-        assert_eq!(stack.0, 0x2000_0000);
-        assert_eq!(ram.0, stack.0 + stack.1);
-        assert_eq!(ram.0 + ram.1, 0x2000_0000 + 256 * 1024);
-    }
+    let region = |name: &str| {
+        let (_, line) = MEMORY_DK.split_once(name).unwrap();
+        (number(line, "ORIGIN = "), number(line, "LENGTH = "))
+    };
+    let (stack, ram) = (region("  STACK : "), region("  RAM   : "));
+    assert_eq!(stack.0, 0x2000_0000);
+    assert_eq!(ram.0, stack.0 + stack.1);
+    assert_eq!(ram.0 + ram.1, 0x2000_0000 + 256 * 1024);
 }
 
 /// The comments at the heads of the linker scripts, line by line against the tables.

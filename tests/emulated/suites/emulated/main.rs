@@ -34,18 +34,18 @@ use tonus_emulated::world::World;
 use tonus_emulated::{Image, Machine, Stop};
 use tonus_shared::wire::{Frame, Packet, Status, cobs::Unframer, decode};
 
-/// How the DK's board file wires the ADS1294: SCLK P0.27, DIN P0.26, DOUT P0.02, CS P0.28, DRDY P0.29, START P0.30,
+/// How the DK's board file wires the ADS1294: SCLK P0.27, DIN P0.26, DOUT P0.04, CS P0.28, DRDY P0.29, START P0.30,
 /// RESET P0.31.
 const CONVERTER: Wires = Wires {
-    bus: [27, 26, 2],
+    bus: [27, 26, 4],
     select: 28,
     ready: 29,
     start: Some(30),
     reset: Some(31),
 };
-/// The LSM6DSO: SA0 pulled up; SCL P1.02, SDA P1.01.
+/// The LSM6DSO: SA0 pulled up; SCL P0.25, SDA P1.08.
 const SENSOR_ADDRESS: u8 = 0x6B;
-const SENSOR_WIRES: [u32; 2] = [34, 33];
+const SENSOR_WIRES: [u32; 2] = [25, 40];
 /// 1 g along z at +-4 g: 0.122 mg a count.
 const AT_REST: [i16; 6] = [0, 0, 0, 0, 0, 8197];
 

@@ -65,8 +65,11 @@ fn power_that_goes_at_any_write_of_a_calibration_leaves_the_old_or_the_new() {
         let flags = last_status(&frames_since(&machine, from_us)).flags;
         assert!(!flags.contains(StatusFlags::NOT_CALIBRATED));
     }
+    machine.start_with_flash(&after).unwrap();
+    machine.run_through(machine.now_us() + STARTED_US).unwrap();
+    assert_eq!(host::calibration(&mut machine), calibration(2));
     println!(
-        "emulated: power cut at {} operations: {old} old, {new} new",
+        "emulated: power cut at {} operations of a calibration: {old} old, {new} new",
         operations.len()
     );
     assert!(old > 0);
