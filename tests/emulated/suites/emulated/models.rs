@@ -8,8 +8,8 @@ use super::host;
 
 /// Built by another program: tests/golden/model_image.py.
 const GOLDEN: &str = include_str!("../../../golden/model_image.txt");
-/// Where the first skill's log prior stands in it: behind the head, 8 + 20 + 24 bytes, six degrees of freedom of 8 and a
-/// name of 16.
+/// Where the first skill's log prior stands in it: behind the head, 8 + 20 + 24 bytes, six degrees of freedom of 8 and
+/// a name of 16.
 const LOG_PRIOR: usize = 16 + 8 + 20 + 24 + 6 * 8 + 16;
 
 /// Bytes of a model.

@@ -1,13 +1,17 @@
 //! Power that goes while the flash is written.
 
-use tonus_emulated::Machine;
+use tonus_emulated::chip::Reset;
 use tonus_emulated::flash::torn;
+use tonus_emulated::{Machine, Stop};
 use tonus_firmware::acquisition::{MUSCLES, RATE_HZ};
 use tonus_shared::pipeline::illustrative;
 use tonus_shared::wire::{Calibration, Packet, StatusFlags};
 
 use super::models::{self, Model};
-use super::{STARTED_US, frames_since, host, last_status, started};
+use super::{STARTED_US, frames_since, host, image, last_status, quiet, started};
+
+/// From power to where the image answers.
+const ANSWERS_US: u64 = 900_000;
 
 /// A calibration of this revision, whose numbers tell it from every other.
 fn calibration(revision: u32) -> Calibration {
@@ -53,8 +57,7 @@ fn power_that_goes_at_any_write_of_a_calibration_leaves_the_old_or_the_new() {
     for count in 1..=operations.len() {
         let flash = torn(&before, &operations[..count], count as u64);
         machine.start_with_flash(&flash).unwrap();
-        let from_us = machine.now_us();
-        machine.run_through(from_us + STARTED_US).unwrap();
+        machine.run_through(machine.now_us() + ANSWERS_US).unwrap();
         let found = host::calibration(&mut machine);
         if found == calibration(1) {
             old += 1;
@@ -62,11 +65,9 @@ fn power_that_goes_at_any_write_of_a_calibration_leaves_the_old_or_the_new() {
             assert_eq!(found, calibration(2), "cut at {count}");
             new += 1;
         }
-        let flags = last_status(&frames_since(&machine, from_us)).flags;
-        assert!(!flags.contains(StatusFlags::NOT_CALIBRATED));
     }
     machine.start_with_flash(&after).unwrap();
-    machine.run_through(machine.now_us() + STARTED_US).unwrap();
+    machine.run_through(machine.now_us() + ANSWERS_US).unwrap();
     assert_eq!(host::calibration(&mut machine), calibration(2));
     println!(
         "emulated: power cut at {} operations of a calibration: {old} old, {new} new",
@@ -104,9 +105,7 @@ fn power_that_goes_at_any_write_of_a_model_leaves_the_old_or_the_new_whole() {
     for count in (1..*last.start()).step_by(stride()).chain(last) {
         let flash = torn(&before, &operations[..count], count as u64);
         machine.start_with_flash(&flash).unwrap();
-        machine
-            .run_through(machine.now_us() + MODEL_READ_US)
-            .unwrap();
+        machine.run_through(machine.now_us() + ANSWERS_US).unwrap();
         let active = models::active(&mut machine);
         if active == Some(first.hash()) {
             old += 1;
@@ -122,11 +121,50 @@ fn power_that_goes_at_any_write_of_a_model_leaves_the_old_or_the_new_whole() {
     );
     assert!(old > 0);
     machine.start_with_flash(&after).unwrap();
-    machine
-        .run_through(machine.now_us() + MODEL_READ_US)
-        .unwrap();
+    machine.run_through(machine.now_us() + ANSWERS_US).unwrap();
     assert_eq!(models::active(&mut machine), Some(second.hash()));
 }
 
-/// From power to an answer.
-const MODEL_READ_US: u64 = 900_000;
+/// Power goes in the middle of an operation as it is done, not as it is told afterwards.
+#[test]
+fn power_that_goes_while_a_calibration_is_kept_lets_the_image_start_again_with_the_old() {
+    for operation in [0, 1, 10, 30] {
+        let mut machine = started();
+        keep(&mut machine, 1);
+        machine.cut_power_at(operation);
+        machine.send(&host::enclosed(2, Packet::Calibration(calibration(2))));
+        let from_us = machine.now_us();
+        let stop = machine.run_until(from_us + 300_000);
+        assert_eq!(stop, Ok(Stop::Reset(Reset::Power)), "cut at {operation}");
+        machine.run_through(machine.now_us() + ANSWERS_US).unwrap();
+        assert_eq!(host::calibration(&mut machine), calibration(1));
+        // And it can be kept then.
+        keep(&mut machine, 3);
+        assert_eq!(host::calibration(&mut machine), calibration(3));
+    }
+}
+
+/// Over calibrating and receiving a model; interrupts nest into whatever is deepest by chance, so some room must stay.
+#[test]
+fn the_stack_has_room_to_spare() {
+    let mut machine = Machine::new(image(), quiet()).unwrap();
+    let before = machine.bytes(STACK.start, STACK.len()).unwrap();
+    assert_eq!(machine.run_until(STARTED_US), Ok(Stop::Time));
+    keep(&mut machine, 1);
+    models::upload(&mut machine, &Model::golden());
+    machine.run_through(machine.now_us() + 500_000).unwrap();
+    let after = machine.bytes(STACK.start, STACK.len()).unwrap();
+    let untouched = before
+        .iter()
+        .zip(&after)
+        .take_while(|(one, other)| one == other);
+    let untouched = untouched.count();
+    println!(
+        "emulated: {untouched} of {} bytes of the stack were never touched",
+        STACK.len()
+    );
+    assert!(untouched > 8192, "{untouched}");
+}
+
+/// memory.x.
+const STACK: std::ops::Range<u32> = 0x2000_0000..0x2001_0000;
