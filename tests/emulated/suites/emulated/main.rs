@@ -7,6 +7,7 @@
 )]
 
 mod acquisition;
+mod attitude;
 mod bare;
 mod damaged;
 mod faults;
