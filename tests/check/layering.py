@@ -62,18 +62,30 @@ ROOMS = {
         "outbox": set(),
         "storage": set(),
         "inbox": set(),
-        "ble": {"inbox", "outbox"},
+        # Bonds are kept in the flash.
+        "ble": {"inbox", "keeper", "outbox", "storage"},
         "signal_path": {"acquisition", "outbox"},
-        "requests": {"outbox", "signal_path"},
+        "requests": {"outbox", "recognition", "signal_path"},
         "wired": {"inbox", "outbox"},
         # The flash must hold the largest model.
         "recognition": {"storage"},
-        # Pins, and what this board has: its battery, its attitude sensor, its flash.
+        "battery": set(),
+        "last_words": set(),
+        "reset": set(),
+        "vitals": {"battery"},
+        # The one who writes calibrations and models; recognition lets go of a model before.
+        "keeper": {"recognition", "requests", "storage"},
+        # The loop that the parts meet in.
+        "wearable": {"acquisition", "afe", "inbox", "keeper", "requests", "signal_path", "vitals"},
+        # From here on the chip. Pins, and what this board has: its battery, its attitude sensor, its flash.
         "board": {"acquisition", "battery", "imu", "reset", "storage"},
-        "front_end": {"acquisition", "afe", "board"},
+        "watchdog": set(),
+        "panic": {"last_words"},
+        "attitude": {"board", "imu", "watchdog"},
+        "front_end": {"acquisition", "afe", "board", "watchdog"},
         # The two transports; an image has one.
-        "radio": {"board", "ble", "inbox", "outbox"},
-        "serial": {"board", "inbox", "outbox", "wired"},
+        "radio": {"board", "ble", "inbox", "keeper", "outbox", "watchdog"},
+        "serial": {"board", "inbox", "keeper", "outbox", "watchdog", "wired"},
     }),
     "host/src": ("tonus", {
         "lib": ANY,
