@@ -55,7 +55,7 @@ impl Block {
     pub fn scans<const C: usize>(
         self,
         period_us: u32,
-        buffer: &[[i16; C]],
+        buffer: impl IntoIterator<Item = [i16; C]>,
     ) -> impl Iterator<Item = Scan<C>> {
         (0_u32..).zip(buffer).map(move |(number, counts)| Scan {
             index: self.first_index.wrapping_add(number),

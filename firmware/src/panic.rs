@@ -28,7 +28,8 @@ fn panic(info: &PanicInfo<'_>) -> ! {
 #[exception]
 #[allow(
     unsafe_code,
-    reason = "the attribute asks for it: the frame may be any"
+    clippy::panic,
+    reason = "the attribute asks for it: the frame may be any; and what cannot go on panics"
 )]
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     panic!("hard fault at {:#010x}", frame.pc())

@@ -12,6 +12,8 @@ chip=thumbv7em-none-eabihf
 images=(
     "dk-ble firmware ble 0"
     "dk-wired firmware-wired wired 0"
+    "xiao-ble firmware-xiao ble 0x27000"
+    "xiao-wired firmware-xiao-wired wired 0x27000"
 )
 elf="target/$chip/firmware/tonus-firmware"
 

@@ -16,6 +16,7 @@ use tonus_firmware::{
     afe::{
         DataReady, Edge,
         ads129x::{self, Ads129x, Settings},
+        saadc::millivolts,
     },
 };
 use tonus_shared::{pipeline, sample::AdcScaleError};
@@ -32,8 +33,6 @@ const TICKS_PER_US: u32 = 16;
 const SPI: spim::Frequency = spim::Frequency::M4;
 /// Between two looks at the battery.
 const BATTERY: Duration = Duration::from_secs(10);
-/// Millivolts per count of the chip's own converter: 0.6 V reference, gain one sixth, 12 bits, a fifth of the supply.
-const BATTERY_MV: (i32, i32) = (5 * 3_600, 4_096);
 
 /// What the signal path must know of a wearable with this front end.
 pub(crate) fn wearable(boot_id: u32) -> Result<pipeline::Board, AdcScaleError> {
@@ -151,8 +150,8 @@ async fn battery(parts: board::BatteryInput) {
     loop {
         let mut counts = [0; 1];
         converter.sample(&mut counts).await;
-        let battery_mv = i32::from(counts[0]) * BATTERY_MV.0 / BATTERY_MV.1;
-        VITALS.set_battery(&board::BATTERY, u16::try_from(battery_mv).unwrap_or(0));
+        let battery_mv = millivolts(counts[0], board::BATTERY_DIVIDER);
+        VITALS.set_battery(&board::BATTERY, battery_mv);
         ticker.next().await;
     }
 }

@@ -53,7 +53,7 @@ fn run(buffers: u32, lost: core::ops::Range<u32>, amplitude: f64) -> Vec<Frame> 
     for number in (0..buffers).filter(|number| !lost.contains(number)) {
         let end_us = 10_000 + u64::from(number) * 5_000;
         let block = clock.buffer_full(end_us);
-        for scan in block.scans(PERIOD_US, &buffer(number, amplitude)) {
+        for scan in block.scans(PERIOD_US, buffer(number, amplitude)) {
             path.push_scan(&scan, &outbox).unwrap();
         }
         frames.extend(drain(&outbox));
@@ -170,7 +170,7 @@ fn a_stream_frame_is_dated_by_its_newest_scan() {
     for number in 0..100 {
         let end_us = 10_000 + u64::from(number) * 5_000;
         let block = clock.buffer_full(end_us);
-        for scan in block.scans(PERIOD_US, &buffer(number, 0.0)) {
+        for scan in block.scans(PERIOD_US, buffer(number, 0.0)) {
             path.push_scan(&scan, &outbox).unwrap();
         }
         while let Poll::Ready(bytes) = poll_once(outbox.take()) {
