@@ -98,6 +98,8 @@ ROOMS = {
         "model": {"demonstration"},
         "store": {"atomic", "model"},
         "link": set(),
+        # The one room that compares time bases; it is told times and reads no clock.
+        "clock": set(),
         "robot": set(),
         "simulate": {"link", "robot", "demonstration"},
         "session": {"model", "robot"},
@@ -117,6 +119,7 @@ FORBIDDEN_PATHS = [
     ("host/src/model", ["std::fs", "std::net", "std::time", "std::process"], "a model knows no file, network or clock"),
     ("host/src/model.rs", ["std::fs", "std::net", "std::time", "std::process"], "a model knows no file, network or clock"),
     ("host/src/model", ["tonus_shared::wire", "tonus_shared::pipeline", "tonus_shared::semg"], "a model sees numbers, not packets or signals"),
+    ("host/src/clock", ["std::time", "std::fs", "std::net"], "a comparison of clocks is told the times"),
     ("host/src/robot", ["tonus_shared::semg", "tonus_shared::promp"], "a robot takes commands, not models"),
     ("firmware/src/lib.rs", ["std", "embassy_nrf", "nrf_sdc", "nrf_mpsl"], "the library part of the firmware is portable"),
     ("firmware/src/ble.rs", ["std", "embassy_nrf", "nrf_sdc", "nrf_mpsl"], "the library part of the firmware is portable"),

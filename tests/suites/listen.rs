@@ -1,14 +1,16 @@
 //! `tonus listen` on a pseudo-terminal, as on a board's serial port.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "test suite")]
 
-use std::io::{BufRead as _, BufReader, Read as _};
+use std::io::{BufRead as _, BufReader, ErrorKind, Read as _};
 use std::os::fd::AsRawFd;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
 
 use serde_json::Value;
 use serial2::SerialPort;
-use tonus_shared::wire::cobs::{MAX_BLOCK_BYTES, enclose};
+use tonus_shared::wire::cobs::{MAX_BLOCK_BYTES, Unframer, enclose};
+use tonus_shared::wire::{Frame, Packet, Ping, decode};
 use tonus_tests::frames::{HEADER, bytes_of, golden_stream};
 
 /// The wearable's end of a line, the host's (which must stay open until the program has it), and its name.
@@ -20,9 +22,14 @@ fn line() -> (SerialPort, SerialPort, PathBuf) {
 
 /// The block of a stream packet with this number.
 fn block(sequence: u32) -> Vec<u8> {
+    block_at(sequence, HEADER.device_us, &golden_stream())
+}
+
+/// The block of any packet, sent at this time of the wearable's clock.
+fn block_at(sequence: u32, device_us: u64, packet: &Packet) -> Vec<u8> {
     let mut header = HEADER;
-    header.sequence = sequence;
-    let frame = bytes_of(&header, &golden_stream()).unwrap();
+    (header.sequence, header.device_us) = (sequence, device_us);
+    let frame = bytes_of(&header, packet).unwrap();
     let mut block = [0; MAX_BLOCK_BYTES];
     let length = enclose(&frame, &mut block).unwrap();
     block[..length].to_vec()
@@ -111,4 +118,81 @@ fn a_link_that_makes_no_sense_is_refused() {
             .unwrap();
         assert_eq!(output.status.code(), Some(2), "{link}");
     }
+}
+
+/// A wearable whose clock began `AHEAD_US` before the test: a packet each 10 ms and an answer to each ping, which it keeps
+/// for 2 ms, until the line is closed.
+fn answering(wearable: &SerialPort, began: Instant) -> u32 {
+    let now_us = || AHEAD_US + u64::try_from(began.elapsed().as_micros()).unwrap();
+    let (mut unframer, mut answered, mut piece) = (<Unframer>::new(), 0, [0; 512]);
+    for sequence in 0.. {
+        let packet = block_at(2 * sequence, now_us(), &golden_stream());
+        if wearable.write_all(&packet).is_err() {
+            break;
+        }
+        let came = match wearable.read(&mut piece) {
+            Err(error) if error.kind() == ErrorKind::TimedOut => continue,
+            Err(_) => break,
+            Ok(came) => came,
+        };
+        for byte in &piece[..came] {
+            let Ok(Some(frame)) = unframer.push(*byte) else {
+                continue;
+            };
+            let Ok(Frame {
+                packet: Packet::Ping(Ping::Request { id, requested_us }),
+                ..
+            }) = decode(frame)
+            else {
+                panic!("not a ping: {frame:?}");
+            };
+            let received_us = now_us();
+            std::thread::sleep(Duration::from_millis(2));
+            let replied_us = now_us();
+            let reply = Ping::Reply {
+                id,
+                requested_us,
+                received_us,
+                replied_us,
+            };
+            let reply = block_at(2 * sequence + 1, replied_us, &Packet::Ping(reply));
+            answered += u32::from(wearable.write_all(&reply).is_ok());
+        }
+    }
+    answered
+}
+
+const AHEAD_US: u64 = 5_000_000_000;
+
+#[test]
+fn the_clocks_are_compared_when_asked_for() {
+    let (mut wearable, host, name) = line();
+    wearable
+        .set_read_timeout(Duration::from_millis(10))
+        .unwrap();
+    let began = Instant::now();
+    let mut program = listening(&name, &["--clock", "--json", "--seconds", "3"]);
+    let wearer = std::thread::spawn(move || answering(&wearable, began));
+    let mut output = String::new();
+    let mut printed = program.stdout.take().unwrap();
+    printed.read_to_string(&mut output).unwrap();
+    assert!(program.wait().unwrap().success());
+    let lasted_us = began.elapsed().as_micros() as f64;
+    drop(host);
+    let answered = wearer.join().unwrap();
+
+    let clocks: Vec<Value> = output
+        .lines()
+        .map(|line| serde_json::from_str::<Value>(line).unwrap()["clock"].clone())
+        .filter(|clock| !clock.is_null())
+        .collect();
+    assert_eq!(clocks[0]["notice"], "started");
+    let last = clocks.last().unwrap();
+    assert!(clocks.len() >= 3 && answered >= 4, "{clocks:?}");
+    // The program's clock began after the test's, and before the test was over.
+    let ahead_us = -last["offset_us"].as_f64().unwrap() - AHEAD_US as f64;
+    assert!((-1_000.0..lasted_us).contains(&ahead_us), "{last}");
+    // A pseudo-terminal is quick, the machine may be busy.
+    let round_trip_us = last["round_trip_us"].as_f64().unwrap();
+    assert!((0.0..100_000.0).contains(&round_trip_us), "{last}");
 }

@@ -1,5 +1,7 @@
 //! `tonus listen`: what a wearable sends, as it comes.
 
+mod compare;
+
 use std::fmt::Write;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -9,10 +11,12 @@ use tonus::link::serial::SerialLink;
 use tonus_shared::wire::{Frame, Packet, SequenceTracker, WireError, decode};
 
 use super::say;
+use compare::Comparison;
 
 const EXAMPLE: &str = "Example:
   tonus listen --link serial:/dev/ttyACM0
-  tonus listen --link serial:COM3 --seconds 10 --json";
+  tonus listen --link serial:COM3 --seconds 10 --json
+  tonus listen --link serial:/dev/ttyACM0 --clock";
 
 /// How long a silent line is waited for at once.
 const PATIENCE: Duration = Duration::from_millis(100);
@@ -27,6 +31,9 @@ pub(crate) struct ListenArgs {
     /// Stop after this time; without it, when the wearable is unplugged.
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     seconds: Option<Duration>,
+    /// Ask for the wearable's time and print once a second how its clock compares with this computer's.
+    #[arg(long)]
+    clock: bool,
 }
 
 /// The name of the port in `serial:PORT`.
@@ -57,6 +64,7 @@ impl ListenArgs {
         let mut link = SerialLink::open(&self.link)?;
         let started = Instant::now();
         let mut tally = Tally::default();
+        let mut comparison = self.clock.then(|| Comparison::new(started)).transpose()?;
         let ended = loop {
             let left = self
                 .seconds
@@ -64,9 +72,20 @@ impl ListenArgs {
             if left.is_some_and(|left| left.is_zero()) {
                 break Ok(());
             }
+            if let Some(request) = comparison.as_mut().and_then(Comparison::request)
+                && let Err(error) = link.send(&request?)
+            {
+                break Err(error);
+            }
             match link.receive(left.map_or(PATIENCE, |left| left.min(PATIENCE))) {
                 Ok(None) => {}
-                Ok(Some(bytes)) => say(&tally.line(&decode(&bytes), json))?,
+                Ok(Some(bytes)) => {
+                    let came = decode(&bytes);
+                    say(&tally.line(&came, json))?;
+                    if let (Some(comparison), Ok(frame)) = (&mut comparison, &came) {
+                        say(&comparison.take(frame, json))?;
+                    }
+                }
                 Err(error) => break Err(error),
             }
         };

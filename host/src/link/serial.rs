@@ -168,33 +168,41 @@ impl SerialLink {
     /// Sends one encoded frame.
     ///
     /// # Errors
-    /// `Frame` for bytes longer than any frame, `Write` when the line does not take them.
+    /// `Frame` for bytes longer than any frame, `Unplugged` or `Write` when the line does not take them.
     pub fn send(&mut self, frame: &[u8]) -> Result<(), SerialError> {
         // In front as well, so that whatever noise the line made is no part of this block.
         let mut block = [DELIMITER; 1 + MAX_BLOCK_BYTES];
         let length = enclose(frame, &mut block[1..])?;
         let sent = self.port.write_all(&block[..=length]);
-        sent.map_err(|source| SerialError::Write {
-            port: self.name.clone(),
-            source,
+        sent.map_err(|source| {
+            let port = self.name.clone();
+            if gone(&source) {
+                SerialError::Unplugged { port }
+            } else {
+                SerialError::Write { port, source }
+            }
         })
     }
 
-    /// A line whose other end is gone says so in one way or another: by an input or output error on Linux, by a missing
-    /// device elsewhere.
     fn unreadable(&self, source: std::io::Error) -> SerialError {
         let port = self.name.clone();
-        const EIO: i32 = 5;
-        let gone = matches!(
-            source.kind(),
-            ErrorKind::NotFound | ErrorKind::BrokenPipe | ErrorKind::PermissionDenied
-        );
-        if gone || source.raw_os_error() == Some(EIO) {
+        if gone(&source) {
             SerialError::Unplugged { port }
         } else {
             SerialError::Read { port, source }
         }
     }
+}
+
+/// A line whose other end is gone says so in one way or another: by an input or output error on Linux, by a missing
+/// device elsewhere.
+fn gone(error: &std::io::Error) -> bool {
+    const EIO: i32 = 5;
+    let kind = matches!(
+        error.kind(),
+        ErrorKind::NotFound | ErrorKind::BrokenPipe | ErrorKind::PermissionDenied
+    );
+    kind || error.raw_os_error() == Some(EIO)
 }
 
 #[cfg(test)]
