@@ -8,6 +8,7 @@ pub mod demo;
 pub mod demonstration;
 pub mod envelope;
 pub mod experiment;
+pub mod leap;
 pub mod link;
 pub mod model;
 pub mod report;

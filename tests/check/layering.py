@@ -100,6 +100,8 @@ ROOMS = {
         "link": set(),
         # The one room that compares time bases; it is told times and reads no clock.
         "clock": set(),
+        # A hand is aged by its tracker's clock.
+        "leap": {"clock"},
         "robot": set(),
         "simulate": {"link", "robot", "demonstration"},
         "session": {"model", "robot"},

@@ -7,6 +7,7 @@ mod envelope;
 mod eval;
 mod experiment;
 mod export;
+mod hand;
 mod infer;
 mod info;
 mod listen;
@@ -50,6 +51,7 @@ enum Verb {
     Eval(eval::EvalArgs),
     Experiment(experiment::ExperimentArgs),
     Export(export::ExportArgs),
+    Hand(hand::HandArgs),
     Infer(infer::InferArgs),
     Info(info::InfoArgs),
     Listen(listen::ListenArgs),
@@ -87,6 +89,7 @@ fn run(Tonus { json, demo, verb }: Tonus) -> anyhow::Result<()> {
         Verb::Eval(args) => args.run(json),
         Verb::Experiment(args) => args.run(json),
         Verb::Export(args) => args.run(json),
+        Verb::Hand(args) => args.run(json),
         Verb::Infer(args) => args.run(json),
         Verb::Info(args) => args.run(json),
         Verb::Listen(args) => args.run(json),
