@@ -9,6 +9,7 @@
 //! `refused` asks for the number of frames refused. Ends with its input.
 
 mod flash;
+mod waker;
 mod wearer;
 
 use std::{net::SocketAddr, path::PathBuf};
@@ -92,6 +93,10 @@ fn options(mut words: impl Iterator<Item = String>) -> Result<Options, Failure> 
 #[tokio::main(flavor = "current_thread")]
 async fn main() -> Result<(), Failure> {
     let options = options(std::env::args().skip(1))?;
+    waker::with_one_waker(run(options)).await
+}
+
+async fn run(options: Options) -> Result<(), Failure> {
     let stream = TcpStream::connect(options.controller).await?;
     stream.set_nodelay(true)?;
     let (from, to) = stream.into_split();
