@@ -116,7 +116,8 @@ class Air:
 
     async def _start(self, kind, name, variable, *options, **oddities):
         """Starts a program at a controller of its own."""
-        listening = socket.socket()
+        # asyncio turns Nagle's algorithm off where a socket says that it is TCP; with it each answer is 40 ms late.
+        listening = socket.socket(proto=socket.IPPROTO_TCP)
         listening.bind(("127.0.0.1", 0))
         port = listening.getsockname()[1]
         transport = await tcp_server.open_tcp_server_transport_with_socket(listening)
@@ -150,6 +151,8 @@ class Air:
             for connection in list(radio.le_connections.values()):
                 radio.on_le_disconnected(connection, hci.HCI_ErrorCode.CONNECTION_TIMEOUT_ERROR)
             if radio.name == "wearable":
+                # Or it would go on for ever, and a host would connect to nobody.
+                radio.le_legacy_advertiser.stop()
                 self.link.remove_controller(radio)
 
     def throw(self, device, packet):
