@@ -9,6 +9,7 @@ import time
 import traceback
 from pathlib import Path
 
+import bonds
 import hostile
 import keeping
 import links
@@ -47,7 +48,7 @@ def main():
     streams.PACKETS = options.packets
     # Bumble warns of what the scenarios do on purpose.
     logging.disable(logging.CRITICAL)
-    chapters = (links, streams, keeping, trouble, hostile)
+    chapters = (links, streams, bonds, keeping, trouble, hostile)
     scenarios = {scenario.__name__: scenario for chapter in chapters for scenario in chapter.SCENARIOS}
     if options.list:
         print("\n".join(scenarios))
