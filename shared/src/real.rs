@@ -11,6 +11,8 @@ pub(crate) fn not_negative<T: Real>(value: T) -> T {
 /// Elementary functions come from nalgebra's `RealField`, built with `libm-force`: chip and host run
 /// the same software `exp`, `ln`, `sin`, so an `f32` result does not depend on which of them it ran on.
 pub trait Real: nalgebra::RealField + Copy {
+    /// Logarithm of the distance from one to the next larger value.
+    const LOG_EPSILON: f64;
     /// The nearest value to an `f64` literal or design constant.
     fn of(value: f64) -> Self;
     /// The nearest value to a whole number. No `f64` on the way: the chip computes those in software.
@@ -20,6 +22,7 @@ pub trait Real: nalgebra::RealField + Copy {
 }
 
 impl Real for f32 {
+    const LOG_EPSILON: f64 = -23.0 * core::f64::consts::LN_2;
     #[allow(
         clippy::cast_possible_truncation,
         reason = "rounding to nearest is the contract"
@@ -40,6 +43,7 @@ impl Real for f32 {
 }
 
 impl Real for f64 {
+    const LOG_EPSILON: f64 = -52.0 * core::f64::consts::LN_2;
     fn of(value: f64) -> Self {
         value
     }

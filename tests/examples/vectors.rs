@@ -89,7 +89,7 @@ fn posterior(model: &Model, text: &mut String) -> Result<(), Error> {
     let phases: Vec<f64> = (0..POINTS)
         .map(|i| f64::from(i as f32 / (POINTS - 1) as f32))
         .collect();
-    let mut scratch = vec![0.0; curves_scratch_len(POINTS, basis, RANK)];
+    let mut scratch = vec![0.0; curves_scratch_len(dofs, basis, RANK)];
     let mut curves = Vec::new();
     for skill in 0..skills.len() {
         let trajectory = mixture.trajectory(skill).ok_or("no skill")?;

@@ -30,10 +30,6 @@ def asked(counts):
     ]
 
 
-# Not reached yet: printed, and held by the recorded counts alone.
-MISSED = {"one scan of four channels, instructions"}
-
-
 def main():
     counts = read(sys.argv[1])
     recorded = read(pathlib.Path(__file__).with_name("instructions.txt"))
@@ -49,7 +45,7 @@ def main():
     if not wrong:
         for what, figure, most in asked(counts):
             print(f"{what}: {figure:.4g} (asked: at most {most:.4g})")
-            if figure > most and what not in MISSED:
+            if figure > most:
                 wrong.append(f"{what}: {figure:.4g}, more than the {most:.4g} that were asked")
     for sentence in wrong:
         print(sentence, file=sys.stderr)

@@ -154,7 +154,7 @@ impl Work {
             variance: 0.0,
         };
         Curves {
-            scratch: vec![0.0; curves_scratch_len(self.phases.len(), count, rank)],
+            scratch: vec![0.0; curves_scratch_len(view.latent.dofs(), count, rank)],
             moments: vec![nothing; view.latent.dofs() * self.phases.len()],
         }
     }

@@ -13,6 +13,8 @@ mod bases;
 mod closed_form;
 #[path = "promp/dense.rs"]
 mod dense;
+#[path = "promp/directions.rs"]
+mod directions;
 #[path = "promp/learn.rs"]
 mod learn;
 #[path = "promp/reference.rs"]

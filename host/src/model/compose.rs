@@ -117,8 +117,7 @@ impl<'m> Plan<'m> {
         duration_s: f64,
     ) -> Result<Self, PlanError> {
         let known = skill_of(view, skill)?;
-        let rank = view.latent.rank();
-        let belief = Belief::new(rank, known, vec![0.0; belief_len(rank)])?;
+        let belief = Belief::new(known, vec![0.0; belief_len(known.rank())])?;
         Self::with(model, view, (skill, duration_s), belief)
     }
 

@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use tonus_shared::promp::{
-    Latent, Mixture, ModelError, Observation, Order, Row, RowError, Skill, Trajectory, mixture_len,
-    root_len, triangular_root,
+    Latent, Mixture, ModelError, Observation, Order, Row, RowError, Skill, Trajectory, directions,
+    mixture_len, own_loading, root_len, triangular_root,
 };
 
 use super::parts::same;
@@ -16,7 +16,21 @@ pub struct Model {
     parts: Parts,
     /// `Q x r (r + 1) / 2`: the roots as inference takes them.
     triangles: Vec<f64>,
+    /// Of each skill that varies in few directions, its loading of them.
+    loadings: Vec<Option<Directions>>,
 }
+
+/// The directions of one skill.
+#[derive(Clone, Debug, PartialEq)]
+struct Directions {
+    count: usize,
+    /// `D K x count`.
+    loading: Vec<f64>,
+}
+
+/// A skill is kept in its own directions where these are at most so many parts, numerator and denominator, of the latent
+/// dimensions: up to there its smaller updates save more than rows of its own cost.
+const FEW: (usize, usize) = (4, 5);
 
 impl Model {
     /// Checks every length and number.
@@ -29,6 +43,7 @@ impl Model {
         let mut model = Self {
             parts,
             triangles: Vec::new(),
+            loadings: Vec::new(),
         };
         // Lengths of the matrices, and every number in them.
         let widths = model.widths()?;
@@ -38,6 +53,7 @@ impl Model {
         let roots = model.parts.roots.len();
         same("the roots", of_skills(widths.root), roots)?;
         model.triangles = triangles(&model.parts, &widths)?;
+        model.loadings = loadings(&model.parts, &model.triangles)?;
         model.view()?.mixture()?;
         Ok(model)
     }
@@ -172,12 +188,15 @@ impl Model {
         let means = parts.weight_means.chunks_exact(widths.mean);
         let roots = self.triangles.chunks_exact(root_len(parts.rank));
         let total: f64 = parts.counts.iter().map(|&count| f64::from(count)).sum();
-        let numbers = parts.counts.iter().zip(&parts.freedom);
+        let numbers = parts.counts.iter().zip(&parts.freedom).zip(&self.loadings);
         let skills = means.zip(roots).zip(numbers);
-        let skills = skills.map(|((mean, root), (&count, &freedom))| {
+        let skills = skills.map(|((mean, root), ((&count, &freedom), own))| {
             let log_prior = libm::log(f64::from(count) / total);
             let residual = &parts.residual_variance;
-            let skill = Skill::new(&latent, mean, Some(root), residual, log_prior)?;
+            let mut skill = Skill::new(&latent, mean, Some(root), residual, log_prior)?;
+            if let Some(own) = own {
+                skill = skill.with_loading(&latent, own.count, &own.loading)?;
+            }
             match freedom {
                 Some(freedom) => skill.with_freedom(freedom),
                 None => Ok(skill),
@@ -227,6 +246,21 @@ fn triangles(parts: &Parts, widths: &Widths) -> Result<Vec<f64>, ModelError> {
         triangular_root(parts.rank, root, triangle)?;
     }
     Ok(triangles)
+}
+
+/// The own loading of every skill that varies in few directions.
+fn loadings(parts: &Parts, triangles: &[f64]) -> Result<Vec<Option<Directions>>, ModelError> {
+    let latent = Latent::new(parts.basis, parts.dofs.len(), parts.rank, &parts.loading)?;
+    let each = triangles.chunks_exact(root_len(parts.rank)).map(|root| {
+        let count = directions(root, parts.rank);
+        if count == 0 || FEW.1 * count > FEW.0 * parts.rank {
+            return Ok(None);
+        }
+        let mut loading = vec![0.0; latent.weights() * count];
+        own_loading(&latent, root, count, &mut loading)?;
+        Ok(Some(Directions { count, loading }))
+    });
+    each.collect()
 }
 
 struct Widths {

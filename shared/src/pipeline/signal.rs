@@ -184,22 +184,26 @@ impl<const C: usize> Signals<C> {
         let mut weighted = [0.0; C];
         let mut spoiled = false;
         self.held = false;
-        let slots = self.channels.iter_mut().zip(&mut weighted);
-        for ((channel, weighted), (count, lead_off)) in slots.zip(counts.iter().zip(self.lead_off))
+        let Design {
+            zero_count,
+            volts_per_count,
+            chain,
+            monitor,
+            activation,
+            ..
+        } = &self.design;
+        // As `AdcScale::volts`, the scale rounded beforehand.
+        let volts = counts.map(|count| difference::<f32>(count, *zero_count) * *volts_per_count);
+        let chains = self.channels.each_mut().map(|channel| &mut channel.chain);
+        let envelopes = chain.step_all(chains, volts);
+        let slots = self.channels.iter_mut().zip(&mut weighted).zip(envelopes);
+        for (((channel, weighted), envelope), (count, lead_off)) in
+            slots.zip(counts.iter().zip(&self.lead_off))
         {
-            channel.warnings = self
-                .design
-                .monitor
-                .step(&mut channel.quality, *count, lead_off);
+            channel.warnings = monitor.step(&mut channel.quality, *count, *lead_off);
             channel.warnings_since_status = channel.warnings_since_status.with(channel.warnings);
             let bad = |bad: &Quality| channel.warnings.contains(*bad);
             let mut believed = !settling && !UNBELIEVABLE.iter().any(bad);
-            let envelope = {
-                // As `AdcScale::volts`, the scale rounded beforehand.
-                let volts =
-                    difference::<f32>(*count, self.design.zero_count) * self.design.volts_per_count;
-                self.design.chain.step(&mut channel.chain, volts)
-            };
             match envelope.map(|envelope| channel.normalisation.apply(envelope)) {
                 Ok(envelope) if envelope <= MAX_ENVELOPE => channel.envelope = envelope,
                 Ok(_) | Err(_) => {
@@ -216,7 +220,6 @@ impl<const C: usize> Signals<C> {
         if spoiled {
             self.activation_state.reset();
         }
-        let activation = &self.design.activation;
         match activation.step(&mut self.activation_state, &weighted) {
             // A mean of what is not negative; the window's running sum may round to just below zero.
             Ok(activation) => self.newest_activation = not_negative(activation),

@@ -9,7 +9,8 @@ pub use error::BankError;
 use super::belief::{Belief, belief_len, check_variance};
 use super::error::ModelError;
 use super::hypothesis::{Hypothesis, Observed};
-use super::latent::{Latent, Skill};
+use super::latent::Latent;
+use super::skill::Skill;
 use super::trajectory::Trajectory;
 use crate::Real;
 use row::RowCache;
@@ -145,11 +146,11 @@ where
         let (mut cache, blocks, _) = self.split();
         // The first block without a hypothesis; the spare one when every slot is taken.
         let block = &mut blocks[live * belief_len(rank)..][..belief_len(rank)];
-        Belief::view(rank, &mut *block).start(&skill);
+        Belief::view(skill.rank(), &mut *block).start(&skill);
         for seen in past {
             check(seen)?;
             cache.prepare(&latent, &skill, &hypothesis, seen, &mut *block)?;
-            Belief::view(rank, &mut *block).commit();
+            Belief::view(skill.rank(), &mut *block).commit();
         }
         if live < capacity {
             self.slots.as_mut()[live] = hypothesis;
@@ -157,7 +158,7 @@ where
             return Ok(true);
         }
         self.dropped.full = self.dropped.full.saturating_add(1);
-        let joint = self.prior(&hypothesis) + self.belief_at(live).log_likelihood();
+        let joint = self.prior(&hypothesis) + self.belief_at(live, &skill).log_likelihood();
         let Some((least, _)) = self.least().filter(|(_, lowest)| joint > *lowest) else {
             return Ok(false);
         };
@@ -184,13 +185,14 @@ where
         let (latent, skills, rank, live) =
             (self.latent, self.skills, self.latent.rank(), self.live);
         let (mut cache, blocks, slots) = self.split();
+        let length = belief_len(rank);
         let hypotheses = slots.iter().take(live);
-        for (hypothesis, block) in hypotheses.zip(blocks.chunks_exact_mut(belief_len(rank))) {
-            let skill = &skills[hypothesis.skill];
+        let each = hypotheses.map(|hypothesis| (hypothesis, &skills[hypothesis.skill]));
+        for ((hypothesis, skill), block) in each.clone().zip(blocks.chunks_exact_mut(length)) {
             cache.prepare(&latent, skill, hypothesis, seen, block)?;
         }
-        for block in blocks.chunks_exact_mut(belief_len(rank)).take(live) {
-            Belief::view(rank, block).commit();
+        for ((_, skill), block) in each.zip(blocks.chunks_exact_mut(length)) {
+            Belief::view(skill.rank(), block).commit();
         }
         self.seen += 1;
         self.prune();
@@ -242,7 +244,8 @@ where
     /// The belief of one hypothesis, `None` for an index that is none.
     #[must_use]
     pub fn belief(&self, hypothesis: usize) -> Option<Belief<T, &[T]>> {
-        (hypothesis < self.live).then(|| self.belief_at(hypothesis))
+        let skill = self.skills.get(self.hypotheses().get(hypothesis)?.skill)?;
+        Some(self.belief_at(hypothesis, skill))
     }
 
     /// The movement of one hypothesis under its belief, by phase ([`Hypothesis::phase`]); `None` for an index that is
@@ -258,7 +261,7 @@ where
     #[must_use]
     pub fn log_joint(&self, hypothesis: usize) -> Option<T> {
         let prior = self.prior(self.hypotheses().get(hypothesis)?);
-        Some(prior + self.belief_at(hypothesis).log_likelihood())
+        Some(prior + self.belief(hypothesis)?.log_likelihood())
     }
 
     fn check(&self, hypothesis: &Hypothesis<T>, past: &[Observed<T>]) -> Result<(), BankError> {
@@ -348,20 +351,19 @@ where
     }
 
     fn log_joints(&self) -> impl Iterator<Item = T> {
-        let beliefs = (0..self.live).map(|index| self.belief_at(index).log_likelihood());
-        let priors = self.hypotheses().iter().map(|h| self.prior(h));
-        priors
-            .zip(beliefs)
-            .map(|(prior, likelihood)| prior + likelihood)
+        let each = self.hypotheses().iter().enumerate();
+        each.map(|(index, hypothesis)| {
+            let belief = self.belief_at(index, &self.skills[hypothesis.skill]);
+            self.prior(hypothesis) + belief.log_likelihood()
+        })
     }
 
-    fn belief_at(&self, block: usize) -> Belief<T, &[T]> {
+    /// The belief in a block, which is about `skill`.
+    fn belief_at(&self, block: usize, skill: &Skill<'_, T>) -> Belief<T, &[T]> {
         let (basis, rank) = (self.latent.basis().count(), self.latent.rank());
         let start = basis + rank + block * belief_len(rank);
-        Belief::view(
-            rank,
-            &self.storage.as_ref()[start..start + belief_len(rank)],
-        )
+        let block = &self.storage.as_ref()[start..start + belief_len(rank)];
+        Belief::view(skill.rank(), block)
     }
 
     /// Row scratch, the beliefs' blocks (the spare one last), the slots.

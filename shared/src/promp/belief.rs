@@ -6,8 +6,8 @@ use super::error::{ConditionError, ModelError, RowError};
 use super::evidence::{
     self, COUNT, FREEDOM, HEADER, LOG_LIKELIHOOD, MAHALANOBIS, NOISE_SHARE, RESIDUAL, SPREAD,
 };
-use super::latent::Skill;
 use super::linear::{dot, weighted_dot};
+use super::skill::Skill;
 use super::triangle::{observe, project, root_len};
 use crate::Real;
 
@@ -32,10 +32,10 @@ pub struct Innovation<T> {
     pub variance: T,
 }
 
-/// A Gaussian over the latent `z`: mean, and covariance `P = S diag(d) S^T` by a triangle `S` and shares `d`, with the
-/// joint log-likelihood of all that was observed. For a skill with degrees of freedom
-/// ([`Skill::with_freedom`]) the belief is a Student-t: same mean, covariance
-/// [`Belief::inflation`] times `P`.
+/// A Gaussian over the coordinates of a skill, `z` here: mean, and covariance `P = S diag(d) S^T` by a triangle `S` and
+/// shares `d`, with the joint log-likelihood of all that was observed. The coordinates are the latent space's, or the
+/// skill's own ([`Skill::with_loading`]), and `r` is their number. For a skill with degrees of freedom
+/// ([`Skill::with_freedom`]) the belief is a Student-t: same mean, covariance [`Belief::inflation`] times `P`.
 ///
 /// `B` is storage of at least [`belief_len`] numbers: `[T; N]` on the chip, `Vec<T>` on the host,
 /// `&[T]` where a [`super::Mixture`] lends one of its own.
@@ -75,7 +75,7 @@ impl<T: Real, B: AsRef<[T]>> Belief<T, B> {
         }
     }
 
-    /// Latent dimensions, `r`.
+    /// Coordinates, `r`.
     #[must_use]
     pub const fn rank(&self) -> usize {
         self.rank
@@ -182,23 +182,9 @@ impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
     /// whatever it holds.
     ///
     /// # Errors
-    /// Storage shorter than [`belief_len`], or a root of another rank.
-    pub fn new(rank: usize, skill: &Skill<'_, T>, storage: B) -> Result<Self, ModelError> {
-        if rank == 0 {
-            return Err(ModelError::Empty {
-                what: "latent dimension",
-            });
-        }
-        let needed = belief_len(rank);
-        let got = storage.as_ref().len();
-        if got < needed {
-            return Err(ModelError::Storage {
-                what: "the belief's storage",
-                needed,
-                got,
-            });
-        }
-        let mut belief = Self::view(rank, storage);
+    /// Storage shorter than [`belief_len`] of [`Skill::rank`], which is at most the latent space's.
+    pub fn new(skill: &Skill<'_, T>, storage: B) -> Result<Self, ModelError> {
+        let mut belief = Self::view(skill.rank(), storage);
         belief.reset(skill)?;
         Ok(belief)
     }
@@ -206,18 +192,10 @@ impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
     /// Forgets every observation: back to the prior of `skill`.
     ///
     /// # Errors
-    /// A root of another rank; the belief is unchanged.
+    /// Storage too short for a skill of another rank; the belief is unchanged.
     pub fn reset(&mut self, skill: &Skill<'_, T>) -> Result<(), ModelError> {
-        let rank = self.rank;
-        if let Some(root) = skill.root()
-            && root.len() != root_len(rank)
-        {
-            return Err(ModelError::Length {
-                what: "the root",
-                expected: root_len(rank),
-                got: root.len(),
-            });
-        }
+        check_storage(self.storage.as_ref(), skill.rank())?;
+        self.rank = skill.rank();
         self.start(skill);
         Ok(())
     }
@@ -231,7 +209,7 @@ impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
         parts.header[SPREAD] = skill.spread();
         parts.mean.fill(T::zero());
         parts.shares.fill(T::one());
-        match skill.root() {
+        match skill.prior_root() {
             Some(root) => parts.root.copy_from_slice(root),
             None => {
                 parts.root.fill(T::zero());
@@ -255,7 +233,7 @@ impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
     ///
     /// `P` stays positive semi-definite whatever the rounding, and no matrix is inverted. Several
     /// numbers with independent noise are conditioned one after the other, in any order; correlated
-    /// ones are whitened first. `a` and `offset` come from [`super::Latent::row`] and
+    /// ones are whitened first. `a` and `offset` come from [`Skill::row`] and
     /// [`Skill::offset`]; `variance` is `R`: sensor noise plus the skill's residual variance.
     ///
     /// Cost: `3/2 r^2` multiply-adds, `r` divisions and a logarithm, after the `K * r`
@@ -363,6 +341,18 @@ impl<T: Real, B: AsRef<[T]> + AsMut<[T]>> Belief<T, B> {
     }
 }
 
+fn check_storage<T>(storage: &[T], rank: usize) -> Result<(), ModelError> {
+    let (needed, got) = (belief_len(rank), storage.len());
+    if got >= needed {
+        return Ok(());
+    }
+    Err(ModelError::Storage {
+        what: "the belief's storage",
+        needed,
+        got,
+    })
+}
+
 /// Refuses a noise variance that is not positive and finite.
 pub(super) fn check_variance<T: Real>(variance: T) -> Result<(), ConditionError> {
     if variance.is_finite() && variance > T::zero() {
@@ -382,15 +372,9 @@ impl<T: Real, B: AsRef<[T]>> Belief<T, B> {
         &self,
         mut storage: C,
     ) -> Result<Belief<T, C>, ModelError> {
-        let (needed, got) = (belief_len(self.rank), storage.as_ref().len());
-        let Some(room) = storage.as_mut().get_mut(..needed) else {
-            return Err(ModelError::Storage {
-                what: "the belief's storage",
-                needed,
-                got,
-            });
-        };
-        room.copy_from_slice(&self.storage.as_ref()[..needed]);
+        check_storage(storage.as_ref(), self.rank)?;
+        let length = belief_len(self.rank);
+        storage.as_mut()[..length].copy_from_slice(&self.storage.as_ref()[..length]);
         Ok(Belief::view(self.rank, storage))
     }
 }

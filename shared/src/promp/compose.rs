@@ -12,9 +12,10 @@ use thiserror::Error;
 
 use super::belief::{Belief, Innovation};
 use super::error::{ConditionError, RowError};
-use super::latent::{Latent, Skill};
+use super::latent::Latent;
 use super::mixture::Observation;
 use super::row::Row;
+use super::skill::Skill;
 use super::trajectory::Trajectory;
 use crate::Real;
 
@@ -101,7 +102,8 @@ pub fn via_point<T: Real, B: AsRef<[T]> + AsMut<[T]>>(
         }));
     };
     let (psi, a) = scratch.split_at_mut(basis);
-    latent.row(&via.row, psi, a)?;
+    let a = &mut a[..skill.rank()];
+    skill.row(latent, &via.row, psi, a)?;
     let offset = skill.offset(latent.basis(), &via.row, psi)?;
     belief.condition(a, offset, via.value, via.variance)
 }

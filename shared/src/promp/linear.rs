@@ -22,12 +22,31 @@ pub(super) fn dot<T: Real>(a: &[T], b: &[T]) -> T {
     total(&sums) + rest.fold(T::zero(), |sum, (x, y)| sum + *x * *y)
 }
 
+/// `sum a_i (b_i - center)`.
+#[inline(always)]
+pub(super) fn dot_about<T: Real>(a: &[T], b: &[T], center: T) -> T {
+    let ((xs, x_rest), (ys, y_rest)) = (a.as_chunks(), b.as_chunks());
+    let mut sums = [T::zero(); ABREAST];
+    for (x, y) in xs.iter().zip(ys) {
+        add_product(&mut sums, x, &y.map(|y| y - center));
+    }
+    let rest = x_rest.iter().zip(y_rest);
+    total(&sums) + rest.fold(T::zero(), |sum, (x, y)| sum + *x * (*y - center))
+}
+
 /// `sum w_i x_i y_i`; without weights the inner product.
 pub(super) fn weighted_dot<T: Real>(weights: Option<&[T]>, x: &[T], y: &[T]) -> T {
     match weights {
         Some(weights) => {
-            let pairs = x.iter().zip(y).zip(weights);
-            pairs.fold(T::zero(), |sum, ((x, y), weight)| sum + *x * *weight * *y)
+            let (xs, x_rest) = x.as_chunks::<ABREAST>();
+            let (ys, y_rest) = y.as_chunks();
+            let (ws, w_rest) = weights.as_chunks::<ABREAST>();
+            let mut sums = [T::zero(); ABREAST];
+            for ((x, y), w) in xs.iter().zip(ys).zip(ws) {
+                add_product(&mut sums, &core::array::from_fn(|i| x[i] * w[i]), y);
+            }
+            let rest = x_rest.iter().zip(y_rest).zip(w_rest);
+            total(&sums) + rest.fold(T::zero(), |sum, ((x, y), w)| sum + *x * *w * *y)
         }
         None => dot(x, y),
     }
@@ -36,13 +55,22 @@ pub(super) fn weighted_dot<T: Real>(weights: Option<&[T]>, x: &[T], y: &[T]) -> 
 /// `out = M^T weights`, `M` row-major with as many rows as there are weights.
 pub(super) fn combine<T: Real>(matrix: &[T], weights: &[T], out: &mut [T]) {
     let width = out.len();
-    match width.checked_sub(COLUMNS) {
+    if let Some(last) = width.checked_sub(COLUMNS) {
         // The last block overlaps the one before it rather than leave a rest.
-        Some(last) => (0..width)
+        return (0..width)
             .step_by(COLUMNS)
-            .for_each(|at| columns::<T, COLUMNS>(matrix, weights, at.min(last), out)),
-        None => (0..width).for_each(|at| columns::<T, 1>(matrix, weights, at, out)),
+            .for_each(|at| columns::<T, COLUMNS>(matrix, weights, at.min(last), out));
     }
+    let (mut at, half) = (0, COLUMNS / 2);
+    if width >= half {
+        columns::<T, { COLUMNS / 2 }>(matrix, weights, 0, out);
+        at = half;
+    }
+    while at + ABREAST <= width {
+        columns::<T, ABREAST>(matrix, weights, at, out);
+        at += ABREAST;
+    }
+    (at..width).for_each(|at| columns::<T, 1>(matrix, weights, at, out));
 }
 
 /// `W` numbers of [`combine`], from column `at` on.
@@ -55,6 +83,19 @@ fn columns<T: Real, const W: usize>(matrix: &[T], weights: &[T], at: usize, out:
         }
     }
     out[at..at + W].copy_from_slice(&sums);
+}
+
+/// Whether every number is finite.
+pub(super) fn all_finite<T: Real>(numbers: &[T]) -> bool {
+    let (fours, rest) = numbers.as_chunks();
+    let nothing = [T::zero(); ABREAST];
+    let mut sums = nothing;
+    for four in fours {
+        add_product(&mut sums, four, &nothing);
+    }
+    // Zero, unless a number is not finite.
+    let rest = rest.iter().fold(T::zero(), |sum, x| sum + *x * T::zero());
+    (total(&sums) + rest).is_zero()
 }
 
 /// `sums_i += x_i y_i`.

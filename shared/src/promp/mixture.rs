@@ -2,8 +2,9 @@
 
 use super::belief::{Belief, belief_len, check_variance};
 use super::error::{ConditionError, ModelError, RowError};
-use super::latent::{Latent, Skill};
-use super::row::{Order, Row};
+use super::latent::Latent;
+use super::row::{Functions, Order, Row, Support};
+use super::skill::Skill;
 use super::trajectory::Trajectory;
 use crate::Real;
 
@@ -34,8 +35,8 @@ pub struct Observation<T> {
 pub struct Mixture<'a, T, B> {
     latent: Latent<'a, T>,
     skills: &'a [Skill<'a, T>],
-    /// The phase and order whose basis functions the scratch holds.
-    functions_of: Option<(T, Order<T>)>,
+    /// The phase and order whose basis functions the scratch holds, and where these are not zero.
+    functions_of: Option<(T, Order<T>, Support)>,
     storage: B,
 }
 
@@ -80,7 +81,7 @@ impl<'a, T: Real, B: AsRef<[T]> + AsMut<[T]>> Mixture<'a, T, B> {
         let skills = self.skills;
         let (_, _, blocks) = self.split();
         for (skill, block) in skills.iter().zip(blocks.chunks_exact_mut(belief_len(rank))) {
-            Belief::view(rank, block).start(skill);
+            Belief::view(skill.rank(), block).start(skill);
         }
     }
 
@@ -99,22 +100,31 @@ impl<'a, T: Real, B: AsRef<[T]> + AsMut<[T]>> Mixture<'a, T, B> {
         // Before the skills' residuals are added, so that none hides a sensor variance that is wrong.
         check_variance(variance)?;
         let (latent, skills, rank) = (self.latent, self.skills, self.latent.rank());
-        let asked = Some((row.phase, row.order));
-        let known = asked == self.functions_of.take();
+        let known = self.functions_of.take();
+        let known = known.filter(|(phase, order, _)| (*phase, *order) == (row.phase, row.order));
         let (psi, a, blocks) = self.split();
-        if !known {
-            latent.functions(&row, psi)?;
-        }
-        latent.project(&row, psi, a)?;
+        let functions = match known {
+            Some((.., support)) => Functions::on(psi, support),
+            None => {
+                latent.functions(&row, psi)?;
+                Functions::of(psi)
+            }
+        };
+        let mut shared = false;
         for (skill, block) in skills.iter().zip(blocks.chunks_exact_mut(belief_len(rank))) {
-            let offset = skill.offset(latent.basis(), &row, psi)?;
+            let a = &mut a[..skill.rank()];
+            if !(shared && skill.shares_rows()) {
+                skill.project(&latent, &row, functions, a)?;
+                shared = skill.shares_rows();
+            }
+            let offset = skill.offset_of(latent.basis(), &row, functions)?;
             let noise = variance + skill.residual(&row);
-            Belief::view(rank, block).prepare(a, offset, value, noise)?;
+            Belief::view(skill.rank(), block).prepare(a, offset, value, noise)?;
         }
-        for block in blocks.chunks_exact_mut(belief_len(rank)) {
-            Belief::view(rank, block).commit();
+        for (skill, block) in skills.iter().zip(blocks.chunks_exact_mut(belief_len(rank))) {
+            Belief::view(skill.rank(), block).commit();
         }
-        self.functions_of = asked;
+        self.functions_of = Some((row.phase, row.order, functions.support()));
         Ok(())
     }
 
@@ -133,9 +143,7 @@ impl<'a, T: Real, B: AsRef<[T]> + AsMut<[T]>> Mixture<'a, T, B> {
     /// The belief of one skill, `None` for an index that is none.
     #[must_use]
     pub fn belief(&self, skill: usize) -> Option<Belief<T, &[T]>> {
-        self.blocks()
-            .nth(skill)
-            .map(|block| Belief::view(self.latent.rank(), block))
+        self.beliefs().nth(skill)
     }
 
     /// The movement of one skill under its belief, `None` for an index that is none.
@@ -197,16 +205,15 @@ impl<'a, T: Real, B: AsRef<[T]> + AsMut<[T]>> Mixture<'a, T, B> {
     }
 
     fn log_joints(&self) -> impl Iterator<Item = T> {
-        self.skills.iter().zip(self.blocks()).map(|(skill, block)| {
-            skill.log_prior() + Belief::view(self.latent.rank(), block).log_likelihood()
-        })
+        let each = self.skills.iter().zip(self.beliefs());
+        each.map(|(skill, belief)| skill.log_prior() + belief.log_likelihood())
     }
 
-    fn blocks(&self) -> impl Iterator<Item = &[T]> {
+    fn beliefs(&self) -> impl Iterator<Item = Belief<T, &[T]>> {
         let (basis, rank) = (self.latent.basis().count(), self.latent.rank());
-        self.storage.as_ref()[basis + rank..]
-            .chunks_exact(belief_len(rank))
-            .take(self.skills.len())
+        let blocks = self.storage.as_ref()[basis + rank..].chunks_exact(belief_len(rank));
+        let each = self.skills.iter().zip(blocks);
+        each.map(|(skill, block)| Belief::view(skill.rank(), block))
     }
 
     /// Scratch for the basis, scratch for the row, and the beliefs, no more than there are skills.

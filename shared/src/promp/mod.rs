@@ -12,6 +12,7 @@
 //! | skill | a Gaussian over weights, learned from demonstrations (eq. 2) |
 //! | loading `L` | `D*K x r`: the `r` directions in which the demonstrations differ |
 //! | latent `z` | `r` coordinates along the loading: `w = mu + L z` |
+//! | directions | where a skill varies in few, a loading `M` of its own and fewer coordinates: `w = mu + M u`, `M M^T = L P0 L^T` |
 //! | freedom `nu` | degrees of freedom of a Student-t with the skill's mean and covariance; none: Gaussian |
 //! | belief | mean, triangle `S` and shares `d` of the covariance `P = S diag(d) S^T` of `z` after some observations |
 //! | row `a` | `L_d^T psi(s)`: how one observed number depends on `z` |
@@ -53,6 +54,7 @@ mod linear;
 mod mixture;
 mod novelty;
 mod row;
+mod skill;
 mod trajectory;
 mod triangle;
 
@@ -65,9 +67,10 @@ pub use compose::{
 pub use error::{BasisError, ConditionError, ModelError, RowError};
 pub use grid::Grid;
 pub use hypothesis::{Hypothesis, Observed};
-pub use latent::{Latent, Skill, loading_len};
+pub use latent::{Latent, loading_len};
 pub use mixture::{Mixture, Observation, mixture_len};
 pub use novelty::{Known, Novelty, Watch, WatchError, triangle_len, watch_len};
 pub use row::{Order, Quantity, Row};
+pub use skill::{Skill, directions, own_loading};
 pub use trajectory::{Moments, Trajectory, curves_scratch_len, trajectory_scratch_len};
 pub use triangle::{root_len, triangular_root};

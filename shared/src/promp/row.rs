@@ -1,10 +1,8 @@
 //! A row of the observation matrix: one DoF, its position or velocity, at one phase.
 
-use core::ops::Range;
-
 use super::basis::Basis;
 use super::error::RowError;
-use super::linear::dot;
+use super::linear::{combine, dot, dot_about};
 use crate::Real;
 
 /// What of a DoF is observed or asked for.
@@ -72,36 +70,74 @@ impl<T: Real> Row<T> {
     }
 }
 
-/// Where the functions are that are not zero.
-pub(super) fn support<T: Real>(psi: &[T]) -> Range<usize> {
-    let nonzero = |value: &T| !value.is_zero();
-    let first = psi.iter().position(nonzero).unwrap_or(0);
-    let last = psi.iter().rposition(nonzero).map_or(first, |last| last + 1);
-    first..last
+/// Where the functions of one phase are that are not zero, and which is the largest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Support {
+    from: usize,
+    to: usize,
+    peak: usize,
 }
 
-/// `psi^T weights`: some functions, among them all that are not zero, and their weights of one DoF.
-///
-/// Where the functions sum to one (their derivatives to zero) the sum is taken about the weight `c`
-/// under the largest of them, `c + psi^T (weights - c)`: the rounding of `psi` and of the sum then falls
-/// on small differences, which halves the error of `f32` after many observations.
-pub(super) fn weighted<T: Real>(basis: &Basis, order: Order<T>, psi: &[T], weights: &[T]) -> T {
-    if !basis.sums_to_one() {
-        return dot(psi, weights);
-    }
-    let pairs = || psi.iter().zip(weights);
-    let (_, center) = pairs().fold((T::zero(), T::zero()), |best, (value, weight)| {
-        if *value > best.0 {
-            (*value, *weight)
-        } else {
-            best
+impl Support {
+    pub(super) fn of<T: Real>(psi: &[T]) -> Self {
+        let nonzero = |value: &T| !value.is_zero();
+        let from = psi.iter().position(nonzero).unwrap_or(0);
+        let to = psi.iter().rposition(nonzero).map_or(from, |last| last + 1);
+        let mut peak = (from, T::zero());
+        for (index, value) in (from..).zip(&psi[from..to]) {
+            if *value > peak.1 {
+                peak = (index, *value);
+            }
         }
-    });
-    let sum = pairs().fold(T::zero(), |sum, (value, weight)| {
-        sum + *value * (*weight - center)
-    });
-    match order {
-        Order::Position => sum + center,
-        Order::Velocity { .. } => sum,
+        let peak = peak.0;
+        Self { from, to, peak }
+    }
+}
+
+/// The functions of one phase. A narrow basis is zero but for a few of them around the phase.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Functions<'p, T> {
+    psi: &'p [T],
+    support: Support,
+}
+
+impl<'p, T: Real> Functions<'p, T> {
+    /// Looks where they are not zero.
+    pub(super) fn of(psi: &'p [T]) -> Self {
+        Self::on(psi, Support::of(psi))
+    }
+
+    /// Where they are not zero is known.
+    pub(super) const fn on(psi: &'p [T], support: Support) -> Self {
+        Self { psi, support }
+    }
+
+    pub(super) const fn support(&self) -> Support {
+        self.support
+    }
+
+    /// `M_d^T psi`, `matrix` the lines of one DoF, as long as `out`.
+    pub(super) fn combine(&self, matrix: &[T], out: &mut [T]) {
+        let Support { from, to, .. } = self.support;
+        let lines = &matrix[from * out.len()..to * out.len()];
+        combine(lines, &self.psi[from..to], out);
+    }
+
+    /// `psi^T weights`, the weights of one DoF.
+    ///
+    /// Where the functions sum to one (their derivatives to zero) the sum is taken about the weight `c`
+    /// under the largest of them, `c + psi^T (weights - c)`: the rounding of `psi` and of the sum then falls
+    /// on small differences, which halves the error of `f32` after many observations.
+    pub(super) fn weighted(&self, basis: &Basis, order: Order<T>, weights: &[T]) -> T {
+        let Support { from, to, peak } = self.support;
+        let (psi, some) = (&self.psi[from..to], &weights[from..to]);
+        if !basis.sums_to_one() {
+            return dot(psi, some);
+        }
+        let sum = dot_about(psi, some, weights[peak]);
+        match order {
+            Order::Position => sum + weights[peak],
+            Order::Velocity { .. } => sum,
+        }
     }
 }

@@ -2,9 +2,10 @@
 
 use super::belief::{Belief, Posterior};
 use super::error::{ModelError, RowError};
-use super::latent::{Latent, Skill};
-use super::linear::{combine, dot, weighted_dot};
-use super::row::{Order, Row, support, weighted};
+use super::latent::Latent;
+use super::linear::{dot, weighted_dot};
+use super::row::{Functions, Order, Row};
+use super::skill::Skill;
 use super::triangle::project;
 use crate::Real;
 
@@ -14,10 +15,10 @@ pub const fn trajectory_scratch_len(basis: usize, rank: usize) -> usize {
     basis + 3 * rank
 }
 
-/// Scratch that [`Trajectory::curves`] needs for this many phases: `(phases + r + 1) K + r` numbers.
+/// Scratch that [`Trajectory::curves`] needs: `D K (r + 1) + K + r` numbers.
 #[must_use]
-pub const fn curves_scratch_len(phases: usize, basis: usize, rank: usize) -> usize {
-    (phases + rank + 1) * basis + rank
+pub const fn curves_scratch_len(dofs: usize, basis: usize, rank: usize) -> usize {
+    dofs * basis * (rank + 1) + basis + rank
 }
 
 /// Mean and variance of one row.
@@ -56,7 +57,7 @@ impl<'a, T: Real> Trajectory<'a, T> {
             latent,
             skill,
             mean: None,
-            root: skill.root(),
+            root: skill.prior_root(),
             shares: None,
             inflation: T::one(),
         })
@@ -72,10 +73,10 @@ impl<'a, T: Real> Trajectory<'a, T> {
         belief: &'a Belief<T, B>,
     ) -> Result<Self, ModelError> {
         skill.matches(&latent)?;
-        if belief.rank() != latent.rank() {
+        if belief.rank() != skill.rank() {
             return Err(ModelError::Length {
                 what: "the belief's mean",
-                expected: latent.rank(),
+                expected: skill.rank(),
                 got: belief.rank(),
             });
         }
@@ -118,7 +119,7 @@ impl<'a, T: Real> Trajectory<'a, T> {
 
     /// Mean and variance of every DoF at every one of `phases`, DoF by DoF: `out[d * phases.len() + i]`, as
     /// [`Trajectory::moments`] gives them but for rounding. The basis is evaluated once for each phase
-    /// and the root multiplied once for each DoF: `D K r (r + 3) / 2` multiply-adds, and at most `K (r + 1) + r` more for
+    /// and the root multiplied once for each DoF: `D K r (r + 5) / 2` multiply-adds, and at most `K (r + 1) + r` more for
     /// each number. `scratch` is at least [`curves_scratch_len`] long.
     ///
     /// # Errors
@@ -131,7 +132,7 @@ impl<'a, T: Real> Trajectory<'a, T> {
         scratch: &mut [T],
         out: &mut [Moments<T>],
     ) -> Result<(), RowError> {
-        let (dofs, rank) = (self.latent.dofs(), self.latent.rank());
+        let (dofs, rank) = (self.latent.dofs(), self.skill.rank());
         let basis = self.latent.basis();
         let count = basis.count();
         check_buffer(
@@ -140,49 +141,45 @@ impl<'a, T: Real> Trajectory<'a, T> {
             dofs * phases.len(),
             out.len(),
         )?;
-        let needed = curves_scratch_len(phases.len(), count, rank);
+        let needed = curves_scratch_len(dofs, count, self.latent.rank());
         check_buffer(
             "curves scratch",
             scratch.len() >= needed,
             needed,
             scratch.len(),
         )?;
-        let (functions, rest) = scratch.split_at_mut(phases.len() * count);
-        let (rooted, rest) = rest.split_at_mut(count * rank);
-        let (weights, rest) = rest.split_at_mut(count);
-        let f = &mut rest[..rank];
-        for (psi, &phase) in functions.chunks_exact_mut(count).zip(phases) {
-            let dof = 0;
-            self.latent.functions(&Row { dof, order, phase }, psi)?;
-        }
-        if phases.is_empty() {
-            return Ok(());
-        }
-        for (dof, out) in out.chunks_exact_mut(phases.len()).enumerate() {
-            self.of_dof(dof, rooted, weights);
-            let each = functions.chunks_exact(count).zip(phases).zip(out);
-            for ((psi, &phase), out) in each {
-                let some = support(psi);
-                let lines = &rooted[some.start * rank..some.end * rank];
-                combine(lines, &psi[some.clone()], f);
-                *out = Moments {
-                    mean: weighted(basis, order, &psi[some.clone()], &weights[some]),
-                    variance: self.inflation * weighted_dot(self.shares, f, f),
+        let (psi, rest) = scratch.split_at_mut(count);
+        let (f, rest) = rest.split_at_mut(rank);
+        let (weights, rest) = rest.split_at_mut(dofs * count);
+        let rooted = &mut rest[..dofs * count * rank];
+        self.roots(rooted, weights, f);
+        for (index, &phase) in phases.iter().enumerate() {
+            let of = |dof| Row { dof, order, phase };
+            self.latent.functions(&of(0), psi)?;
+            let functions = Functions::of(psi);
+            let each = rooted.chunks_exact(count * rank);
+            for (dof, (rooted, weights)) in each.zip(weights.chunks_exact(count)).enumerate() {
+                functions.combine(rooted, f);
+                let moments = Moments {
+                    mean: functions.weighted(basis, order, weights),
+                    variance: self.inflation * dot(f, f),
                 };
-                let row = Row { dof, order, phase };
-                row.bounded(out.mean.is_finite() && out.variance.is_finite())?;
+                of(dof).bounded(moments.mean.is_finite() && moments.variance.is_finite())?;
+                out[dof * phases.len() + index] = moments;
             }
         }
         Ok(())
     }
 
-    /// `L_d S` and the mean weights of one DoF.
-    fn of_dof(&self, dof: usize, rooted: &mut [T], weights: &mut [T]) {
-        let (count, rank) = (weights.len(), self.latent.rank());
-        let loading = &self.latent.loading()[dof * count * rank..(dof + 1) * count * rank];
-        weights.copy_from_slice(&self.skill.weight_mean()[dof * count..(dof + 1) * count]);
-        let lines = loading
-            .chunks_exact(rank)
+    /// `L S sqrt(shares)` and the mean weights of all DoFs; `deviations` is scratch.
+    fn roots(&self, rooted: &mut [T], weights: &mut [T], deviations: &mut [T]) {
+        let rank = deviations.len();
+        weights.copy_from_slice(self.skill.weight_mean());
+        deviations.fill(T::one());
+        for (deviation, share) in deviations.iter_mut().zip(self.shares.unwrap_or_default()) {
+            *deviation = share.sqrt();
+        }
+        let lines = (self.skill.loading(&self.latent).chunks_exact(rank))
             .zip(rooted.chunks_exact_mut(rank));
         for ((line, rooted), weight) in lines.zip(weights) {
             match self.root {
@@ -191,6 +188,9 @@ impl<'a, T: Real> Trajectory<'a, T> {
             }
             if let Some(z) = self.mean {
                 *weight += dot(line, z);
+            }
+            for (entry, deviation) in rooted.iter_mut().zip(&*deviations) {
+                *entry *= *deviation;
             }
         }
     }
@@ -224,7 +224,8 @@ impl<'a, T: Real> Trajectory<'a, T> {
         check_buffer("weight mean", out.len() == expected, expected, out.len())?;
         out.copy_from_slice(self.skill.weight_mean());
         if let Some(z) = self.mean {
-            let lines = self.latent.loading().chunks_exact(self.latent.rank());
+            let loading = self.skill.loading(&self.latent);
+            let lines = loading.chunks_exact(self.skill.rank());
             for (weight, line) in out.iter_mut().zip(lines) {
                 *weight += dot(line, z);
             }
@@ -240,7 +241,7 @@ impl<'a, T: Real> Trajectory<'a, T> {
         a: &mut [T],
         f: &mut [T],
     ) -> Result<T, RowError> {
-        self.latent.row(row, psi, a)?;
+        self.skill.row(&self.latent, row, psi, a)?;
         match self.root {
             Some(root) => project(root, a, f),
             None => f.copy_from_slice(a),
@@ -250,8 +251,8 @@ impl<'a, T: Real> Trajectory<'a, T> {
     }
 
     fn split<'s>(&self, scratch: &'s mut [T]) -> Result<[&'s mut [T]; 4], RowError> {
-        let (basis, rank) = (self.latent.basis().count(), self.latent.rank());
-        let expected = trajectory_scratch_len(basis, rank);
+        let (basis, rank) = (self.latent.basis().count(), self.skill.rank());
+        let expected = trajectory_scratch_len(basis, self.latent.rank());
         check_buffer(
             "trajectory scratch",
             scratch.len() >= expected,

@@ -173,12 +173,37 @@ impl<T: Real> Chain<T> {
             None if x.is_finite() => self.start(state, x),
             None => x,
         };
-        if envelope.is_finite() {
-            Ok(envelope)
-        } else {
-            state.reset();
-            Err(NonFinite { value: x.widen() })
+        finite(state, x, envelope)
+    }
+
+    /// As [`Chain::step`] for the samples that several channels took at one time; each its own result.
+    #[inline(always)]
+    pub fn step_all<const C: usize>(
+        &self,
+        states: [&mut ChainState<T>; C],
+        x: [T; C],
+    ) -> [Result<T, NonFinite>; C] {
+        let mut y = x;
+        let mut started = true;
+        for (y, state) in y.iter_mut().zip(&states) {
+            match state.first {
+                Some(first) => *y -= first,
+                None => started = false,
+            }
         }
+        let mut results = x.map(Ok);
+        if !started {
+            for ((result, state), x) in results.iter_mut().zip(states).zip(x) {
+                *result = self.step(state, x);
+            }
+            return results;
+        }
+        let mut states = states;
+        let y = self.advance_all(states.each_mut().map(|state| &mut **state), y);
+        for (((result, state), x), envelope) in results.iter_mut().zip(states).zip(x).zip(y) {
+            *result = finite(state, x, envelope);
+        }
+        results
     }
 
     #[cold]
@@ -200,6 +225,21 @@ impl<T: Real> Chain<T> {
         self.smoother.step(&mut state.smoother, y)
     }
 
+    #[inline(always)]
+    fn advance_all<const C: usize>(
+        &self,
+        mut states: [&mut ChainState<T>; C],
+        x: [T; C],
+    ) -> [T; C] {
+        let conditioners = states.each_mut().map(|state| &mut state.conditioner);
+        let mut y = self.conditioner.step_all(conditioners, x);
+        if let Some(notch) = &self.notch {
+            y = notch.step_all(states.each_mut().map(|state| &mut state.notch), y);
+        }
+        self.smoother
+            .step_all(states.map(|state| &mut state.smoother), y)
+    }
+
     /// How far the envelope lags the muscle, s: `describes = acquired - delay`.
     ///
     /// The sum of the smoother's group delay at zero frequency and the delay that conditioner and notch give
@@ -209,5 +249,16 @@ impl<T: Real> Chain<T> {
     #[must_use]
     pub fn delay_s(&self) -> f64 {
         self.delay_s
+    }
+}
+
+/// The envelope, if it is finite; what is not has spoiled the state.
+#[inline(always)]
+fn finite<T: Real>(state: &mut ChainState<T>, x: T, envelope: T) -> Result<T, NonFinite> {
+    if envelope.is_finite() {
+        Ok(envelope)
+    } else {
+        state.reset();
+        Err(NonFinite { value: x.widen() })
     }
 }

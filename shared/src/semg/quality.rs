@@ -105,13 +105,13 @@ struct Block {
 }
 
 impl Block {
-    fn new(first: i32) -> Self {
+    fn new(first: i32, warned: Quality) -> Self {
         Self {
             samples: 0,
             first,
             lowest: first,
             highest: first,
-            warned: Quality::GOOD,
+            warned,
             sum: 0.0,
             sum_squares: 0.0,
             lines: [Line::default(); 2],
@@ -198,11 +198,16 @@ impl QualityMonitor {
     /// the warnings of the last whole block, and those of this one that need not wait for its end.
     #[inline(always)]
     pub fn step(&self, state: &mut QualityState, count: i32, lead_off: bool) -> Quality {
-        let block = state.block.get_or_insert_with(|| Block::new(count));
-        let mut warned = block.warned;
-        if self.scale.at_rail(count) {
-            warned = warned.with(Quality::SATURATED);
+        let block = (state.block).get_or_insert_with(|| Block::new(count, self.saturation(count)));
+        // A count at a rail is an extreme of its block: if not a new one, it has been seen before.
+        if count < block.lowest {
+            block.lowest = count;
+            block.warned = block.warned.with(self.saturation(count));
+        } else if count > block.highest {
+            block.highest = count;
+            block.warned = block.warned.with(self.saturation(count));
         }
+        let mut warned = block.warned;
         if lead_off {
             warned = warned.with(Quality::LEAD_OFF);
         }
@@ -215,11 +220,6 @@ impl QualityMonitor {
             (state.newest, state.still) = (count, 1);
         }
         block.warned = warned;
-        if count < block.lowest {
-            block.lowest = count;
-        } else if count > block.highest {
-            block.highest = count;
-        }
         let x: f32 = difference(count, block.first);
         block.sum += x;
         block.sum_squares += x * x;
@@ -233,6 +233,14 @@ impl QualityMonitor {
             self.judge(state, &whole);
         }
         state.judged.with(warned)
+    }
+
+    fn saturation(&self, count: i32) -> Quality {
+        if self.scale.at_rail(count) {
+            Quality::SATURATED
+        } else {
+            Quality::GOOD
+        }
     }
 
     /// Warnings of a whole block. `micromath`'s `log10` (within 0.05, so 0.5 dB) and `sqrt` (within 6 %) are

@@ -210,6 +210,25 @@ impl<T: Real> Design<T> {
     }
 }
 
+impl<T: Real> Design<T> {
+    /// As [`Design::step`] for several channels.
+    #[inline(always)]
+    pub(crate) fn step_all<const C: usize>(
+        &self,
+        states: [&mut State<T>; C],
+        mut conditioned: [T; C],
+    ) -> [T; C] {
+        if let Self::LowPass(filter) = self {
+            let cascades = states.map(|state| &mut state.cascade);
+            return filter.step_all(cascades, conditioned.map(|x| x.abs()));
+        }
+        for (x, state) in conditioned.iter_mut().zip(states) {
+            *x = self.step(state, *x);
+        }
+        conditioned
+    }
+}
+
 /// Delay of a trailing window of `samples`, s: half its length.
 #[allow(clippy::cast_possible_truncation, reason = "at most 512")]
 pub(crate) fn window_delay_s(samples: usize, rate_hz: f64) -> f64 {

@@ -37,7 +37,7 @@ fn of_rank<
     let latent = Latent::new(basis, 1, RANK, &loading).unwrap();
     let root = root::<ROOT>(RANK);
     let skill = Skill::new(&latent, &mean, Some(&root), &[0.0], 0.0).unwrap();
-    let mut belief = Belief::new(RANK, &skill, [0.0; BELIEF]).unwrap();
+    let mut belief = Belief::new(&skill, [0.0; BELIEF]).unwrap();
     let (mut psi, mut a) = ([0.0; BASIS], [0.0; RANK]);
     for step in 0..=BEFORE {
         let row = Row::position(0, 0.1 + 0.2 * step as f32);

@@ -72,14 +72,12 @@ fn scans(counter: &mut Counter) {
         let scan = scan(index);
         let (_, instructions) = counter.instructions(|| {
             let counts = black_box(&scan).counts;
-            let mut envelopes = [0.0; 4];
-            for (quality, count) in qualities.iter_mut().zip(counts) {
-                black_box(monitor.step(quality, count, false));
+            for (quality, count) in qualities.iter_mut().zip(&counts) {
+                black_box(monitor.step(quality, *count, false));
             }
-            for ((state, count), envelope) in states.iter_mut().zip(counts).zip(&mut envelopes) {
-                let volts = count as f32 * volts_per_count;
-                *envelope = chain.step(state, volts).unwrap();
-            }
+            let volts = counts.map(|count| count as f32 * volts_per_count);
+            let envelopes = chain.step_all(states.each_mut(), volts);
+            let envelopes = envelopes.map(|envelope| envelope.unwrap());
             activation.step(&mut window, &envelopes).unwrap()
         });
         sum += instructions;

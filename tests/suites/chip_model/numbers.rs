@@ -215,7 +215,7 @@ fn coverage(view: &View<'_>, returned: bool) -> f64 {
         let skill = (draw % 3) as usize;
         let z = drawn(&full, skill, &mut rng);
         let storage = vec![0.0; belief_len(rank)];
-        let mut belief = Belief::new(rank, &view.skills[skill], storage).unwrap();
+        let mut belief = Belief::new(&view.skills[skill], storage).unwrap();
         for (step, dof) in (0..INSTANTS).flat_map(|step| DOFS.map(|dof| (step, dof))) {
             let row = Row::position(dof, step as f64 / (INSTANTS - 1) as f64);
             let sensor = noise_std(dof).powi(2);

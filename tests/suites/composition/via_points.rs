@@ -26,7 +26,7 @@ fn vias<T: Real>() -> Vec<Observation<T>> {
 
 fn through<T: Real>(space: &Space<T>, vias: &[Observation<T>]) -> Belief<T, Vec<T>> {
     let skill = space.skill(0);
-    let mut belief = Belief::new(RANK, &skill, vec![T::zero(); belief_len(RANK)]).unwrap();
+    let mut belief = Belief::new(&skill, vec![T::zero(); belief_len(RANK)]).unwrap();
     let mut scratch = vec![T::zero(); via_len(BASIS, RANK)];
     for via in vias {
         via_point(&space.latent(), &skill, &mut belief, via, &mut scratch).unwrap();

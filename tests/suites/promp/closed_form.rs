@@ -27,7 +27,7 @@ fn one_dimension() {
     let latent = Latent::new(basis, 1, 1, &loading).unwrap();
     let (mean, residual) = ([m], [0.0]);
     let skill = Skill::new(&latent, &mean, None, &residual, 0.0).unwrap();
-    let mut belief = Belief::new(1, &skill, [0.0; belief_len(1)]).unwrap();
+    let mut belief = Belief::new(&skill, [0.0; belief_len(1)]).unwrap();
     let innovation = belief.condition(&[l], m, v, r).unwrap();
     near(innovation.residual, v - m);
     near(innovation.variance, l * l + r);

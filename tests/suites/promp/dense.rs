@@ -9,11 +9,12 @@ use tonus_shared::promp::{
     curves_scratch_len, mixture_len, trajectory_scratch_len,
 };
 
-const DOFS: usize = 3;
+pub(crate) const DOFS: usize = 3;
 pub(crate) const BASIS: usize = 7;
 pub(crate) const RANK: usize = 5;
 pub(crate) const DURATION_S: f64 = 1.7;
 
+#[derive(Clone)]
 pub(crate) struct Problem {
     pub(crate) basis: Basis,
     loading: Vec<f64>,
@@ -56,6 +57,15 @@ impl Problem {
             residual: [0.0, 0.02, 0.0],
             observations,
         }
+    }
+
+    /// The same with a covariance of so many directions.
+    pub(crate) fn narrowed(mut self, directions: usize) -> Self {
+        for row in self.root.chunks_exact_mut(RANK) {
+            row[directions..].fill(0.0);
+        }
+        self.triangle = tonus_tests::triangle(RANK, &self.root);
+        self
     }
 
     pub(crate) fn latent(&self) -> Latent<'_, f64> {
@@ -157,7 +167,7 @@ pub(crate) fn questions() -> Vec<Row<f64>> {
         .collect()
 }
 
-fn near(got: f64, expected: f64, scale: f64) {
+pub(crate) fn near(got: f64, expected: f64, scale: f64) {
     let error = (got - expected).abs();
     assert!(
         error <= 1e-9 * scale,
@@ -168,33 +178,37 @@ fn near(got: f64, expected: f64, scale: f64) {
 #[test]
 fn posterior_equals_the_batch_formula() {
     for problem in problems() {
-        let (mean, covariance) = problem.prior();
-        let count = problem.observations.len();
-        let (h, noise, y) = problem.system();
-        let s = &h * &covariance * h.transpose() + noise;
-        let gain = &covariance * h.transpose() * s.clone().try_inverse().unwrap();
-        let innovation = y - &h * &mean;
-        let after_mean = &mean + &gain * &innovation;
-        let after_covariance = &covariance - &gain * &h * &covariance;
+        equals_the_batch_formula(&problem, problem.skill());
+    }
+}
 
-        let mixture = problem.observe(problem.skill(), 0..count);
-        let cholesky = s.cholesky().unwrap();
-        let log_density = -0.5 * innovation.dot(&cholesky.solve(&innovation))
-            - cholesky.l().diagonal().map(f64::ln).sum()
-            - 0.5 * count as f64 * std::f64::consts::TAU.ln();
-        let got = mixture.log_joint(0).unwrap();
-        near(got, log_density, log_density.abs());
+/// All that a skill of the problem's prior says, before and after its observations.
+pub(crate) fn equals_the_batch_formula(problem: &Problem, skill: Skill<'_, f64>) {
+    let (mean, covariance) = problem.prior();
+    let count = problem.observations.len();
+    let (h, noise, y) = problem.system();
+    let s = &h * &covariance * h.transpose() + noise;
+    let gain = &covariance * h.transpose() * s.clone().try_inverse().unwrap();
+    let innovation = y - &h * &mean;
+    let after_mean = &mean + &gain * &innovation;
+    let after_covariance = &covariance - &gain * &h * &covariance;
 
-        let trajectory = mixture.trajectory(0).unwrap();
-        check(&problem, &trajectory, &after_mean, &after_covariance);
-        let skill = problem.skill();
-        let before = Trajectory::prior(problem.latent(), skill).unwrap();
-        check(&problem, &before, &mean, &covariance);
-        let mut weights = vec![0.0; DOFS * BASIS];
-        trajectory.weight_mean(&mut weights).unwrap();
-        for (got, expected) in weights.iter().zip(after_mean.iter()) {
-            near(*got, *expected, 1.0);
-        }
+    let mixture = problem.observe(skill, 0..count);
+    let cholesky = s.cholesky().unwrap();
+    let log_density = -0.5 * innovation.dot(&cholesky.solve(&innovation))
+        - cholesky.l().diagonal().map(f64::ln).sum()
+        - 0.5 * count as f64 * std::f64::consts::TAU.ln();
+    let got = mixture.log_joint(0).unwrap();
+    near(got, log_density, log_density.abs());
+
+    let trajectory = mixture.trajectory(0).unwrap();
+    check(problem, &trajectory, &after_mean, &after_covariance);
+    let before = Trajectory::prior(problem.latent(), skill).unwrap();
+    check(problem, &before, &mean, &covariance);
+    let mut weights = vec![0.0; DOFS * BASIS];
+    trajectory.weight_mean(&mut weights).unwrap();
+    for (got, expected) in weights.iter().zip(after_mean.iter()) {
+        near(*got, *expected, 1.0);
     }
 }
 
@@ -275,7 +289,7 @@ fn curves_are_the_moments_of_every_row() {
         let mixture = problem.observe(problem.skill().with_freedom(5.0).unwrap(), 0..7);
         let posterior = mixture.trajectory(0).unwrap();
         let prior = Trajectory::prior(problem.latent(), problem.skill()).unwrap();
-        let mut scratch = vec![f64::NAN; curves_scratch_len(phases.len(), BASIS, RANK)];
+        let mut scratch = vec![f64::NAN; curves_scratch_len(DOFS, BASIS, RANK)];
         let mut one = vec![0.0; trajectory_scratch_len(BASIS, RANK)];
         for trajectory in [&prior, &posterior] {
             for order in [

@@ -139,7 +139,7 @@ fn storage_too_short_says_how_much_it_needs() {
         short.to_string(),
         "the mixture's storage holds 31 numbers and needs at least 32"
     );
-    let short = Belief::new(RANK, &skills[0], [0.0; belief_len(RANK) - 1]).unwrap_err();
+    let short = Belief::new(&skills[0], [0.0; belief_len(RANK) - 1]).unwrap_err();
     assert_eq!(
         short.to_string(),
         "the belief's storage holds 24 numbers and needs at least 25"
@@ -148,7 +148,7 @@ fn storage_too_short_says_how_much_it_needs() {
     assert_eq!(none, ModelError::Empty { what: "skill" });
     let wide = [0.0; DOFS * BASIS * (RANK + 1)];
     let wider = Latent::new(Basis::gaussian(BASIS).unwrap(), DOFS, RANK + 1, &wide).unwrap();
-    let belief = Belief::new(RANK, &skills[0], [0.0; belief_len(RANK)]).unwrap();
+    let belief = Belief::new(&skills[0], [0.0; belief_len(RANK)]).unwrap();
     assert!(Trajectory::posterior(wider, skills[0], &belief).is_err());
     let trajectory = Trajectory::posterior(latent, skills[0], &belief).unwrap();
     let refused = trajectory.moments(&Row::position(0, 0.5), &mut [0.0; 12]);
@@ -219,7 +219,7 @@ fn one_phase_again_gives_the_same_bits() {
         Row::position(0, 0.6),
     ];
     let mut mixture = Mixture::new(latent, &skills, [0.0; mixture_len(1, BASIS, RANK)]).unwrap();
-    let mut belief = Belief::new(RANK, &skills[0], [0.0; belief_len(RANK)]).unwrap();
+    let mut belief = Belief::new(&skills[0], [0.0; belief_len(RANK)]).unwrap();
     let (mut psi, mut a) = ([0.0; BASIS], [0.0; RANK]);
     for row in rows {
         let (value, variance) = (0.4, 0.01);

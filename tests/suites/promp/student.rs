@@ -184,7 +184,7 @@ fn without_freedom_the_density_is_the_gaussians() {
     for problem in problems() {
         let skill = problem.skill();
         let (mut psi, mut a) = (vec![0.0; BASIS], vec![0.0; RANK]);
-        let mut belief = Belief::new(RANK, &skill, vec![0.0; belief_len(RANK)]).unwrap();
+        let mut belief = Belief::new(&skill, vec![0.0; belief_len(RANK)]).unwrap();
         let (mut expected, mut distance) = (0.0, 0.0);
         for seen in &problem.observations {
             problem.latent().row(&seen.row, &mut psi, &mut a).unwrap();
@@ -266,7 +266,7 @@ proptest! {
         let (mean, residual) = ([0.3, -0.1, 0.7], [0.0; 3]);
         let skill = Skill::new(&latent, &mean, None, &residual, 0.0).unwrap();
         let skill = skill.with_freedom(freedom).unwrap();
-        let mut belief = Belief::new(1, &skill, [0.0; belief_len(1)]).unwrap();
+        let mut belief = Belief::new(&skill, [0.0; belief_len(1)]).unwrap();
         for (dof, value) in seen.iter().enumerate() {
             belief.condition(&loading[dof..=dof], mean[dof], *value, variance).unwrap();
         }
@@ -312,7 +312,7 @@ fn joint<T: Real>(freedom: f64, values: &[f64]) -> f64 {
     let zero = [T::zero()];
     let skill = Skill::new(&latent, &zero, None, &zero, T::zero()).unwrap();
     let skill = skill.with_freedom(T::of(freedom)).unwrap();
-    let mut belief = Belief::new(1, &skill, [T::zero(); belief_len(1)]).unwrap();
+    let mut belief = Belief::new(&skill, [T::zero(); belief_len(1)]).unwrap();
     for value in values {
         let told = belief.condition(&zero, T::zero(), T::of(*value), T::one());
         told.unwrap();

@@ -109,6 +109,28 @@ proptest! {
         survives(&config, &samples)?;
     }
 
+    /// Whatever the channels beside it: started at other times, refused, or sound.
+    #[test]
+    fn channels_together_are_channels_alone(
+        config in chains(),
+        scans in prop::collection::vec((any_f32(), -1.0_f32..1.0, -1.0_f32..1.0), 0..60),
+        late in 0_usize..60,
+    ) {
+        let chain = Chain::<f32>::design(&config).unwrap();
+        let (mut together, mut alone) = ([ChainState::new(); 3], [ChainState::new(); 3]);
+        for (index, scan) in scans.into_iter().map(<[f32; 3]>::from).enumerate() {
+            if index == late {
+                together[2].reset();
+                alone[2].reset();
+            }
+            let got = chain.step_all(together.each_mut(), scan);
+            for ((got, state), x) in got.into_iter().zip(&mut alone).zip(scan) {
+                // The error holds the sample, and NaN differs from itself.
+                prop_assert_eq!(got.ok(), chain.step(state, x).ok());
+            }
+        }
+    }
+
     #[test]
     fn envelope_scales_with_the_signal(
         config in chains(),

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use rand::SeedableRng;
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use tonus_shared::sample::AdcScale;
@@ -117,6 +117,37 @@ fn one_count_at_a_rail_shows_at_once_and_clears_with_a_clean_block() {
         monitor.step(&mut state, *count, false)
     });
     assert_eq!(last, Quality::GOOD);
+}
+
+/// New extreme or not: what is at a rail, or beyond it, is told until the end of the next block.
+#[test]
+fn every_count_at_a_rail_is_told() {
+    const BLOCK: usize = 100;
+    let scale = AdcScale::new(1.0, 0, -40, 40).unwrap();
+    let monitor = QualityMonitor::new(200.0, scale).unwrap();
+    let mut state = QualityState::new();
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let counts: Vec<i32> = (0..200 * BLOCK)
+        .map(|n| {
+            // Blocks that never come near a rail, that touch one, and that lie at one.
+            let reach = [20, 20, 41, 45][n / BLOCK % 4];
+            let middle = if n / BLOCK % 8 == 7 { 40 } else { 0 };
+            rng.random_range(middle - reach..=middle + reach)
+        })
+        .collect();
+    let mut told = [0, 0];
+    for (n, count) in counts.iter().enumerate() {
+        let since = (n / BLOCK).saturating_sub(1) * BLOCK;
+        let expected = counts[since..=n].iter().any(|count| count.abs() >= 40);
+        let quality = monitor.step(&mut state, *count, false);
+        let got = quality.contains(Quality::SATURATED);
+        // The last sample of a block is answered with its own judgement alone.
+        if n % BLOCK < BLOCK - 1 {
+            assert_eq!(got, expected, "sample {n}");
+        }
+        told[usize::from(expected)] += 1;
+    }
+    assert!(told.iter().all(|&count| count > 1000), "{told:?}");
 }
 
 #[test]

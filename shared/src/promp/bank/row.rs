@@ -3,16 +3,28 @@
 use super::super::belief::Belief;
 use super::super::error::ConditionError;
 use super::super::hypothesis::{Hypothesis, Observed};
-use super::super::latent::{Latent, Skill};
-use super::super::row::{Quantity, Row};
+use super::super::latent::Latent;
+use super::super::row::{Functions, Quantity, Row, Support};
+use super::super::skill::Skill;
 use crate::Real;
 
 /// The row computed last, for as long as hypotheses ask for the same.
 pub(super) struct RowCache<'s, T> {
     pub(super) psi: &'s mut [T],
     pub(super) a: &'s mut [T],
-    /// Which row, and whether it is a velocity outside the movement.
-    pub(super) of: Option<(Row<T>, bool)>,
+    /// Which row `psi` is of.
+    pub(super) of: Option<Cached<T>>,
+}
+
+/// What is known of the row.
+#[derive(Clone, Copy)]
+pub(super) struct Cached<T> {
+    row: Row<T>,
+    /// A velocity outside the movement.
+    still: bool,
+    support: Support,
+    /// `a` is the latent space's, not one skill's own.
+    shared: bool,
 }
 
 impl<T: Real> RowCache<'_, T> {
@@ -27,18 +39,33 @@ impl<T: Real> RowCache<'_, T> {
     ) -> Result<(), ConditionError> {
         let row = hypothesis.row(seen.dof, seen.quantity, seen.time_s);
         let still = seen.quantity == Quantity::Velocity && !hypothesis.moving(seen.time_s);
-        if self.of != Some((row, still)) {
-            self.of = None;
-            latent.row(&row, self.psi, self.a)?;
-            if still {
-                self.psi.fill(T::zero());
-                self.a.fill(T::zero());
+        let known = self.of.take();
+        let known = known.filter(|known| known.row == row && known.still == still);
+        let functions = match known {
+            Some(known) => Functions::on(self.psi, known.support),
+            None => {
+                latent.functions(&row, self.psi)?;
+                if still {
+                    self.psi.fill(T::zero());
+                }
+                Functions::of(self.psi)
             }
-            self.of = Some((row, still));
+        };
+        let a = &mut self.a[..skill.rank()];
+        let shared = skill.shares_rows();
+        if !(shared && known.is_some_and(|known| known.shared)) {
+            skill.project(latent, &row, functions, a)?;
         }
-        let offset = skill.offset(latent.basis(), &row, self.psi)?;
+        let support = functions.support();
+        let offset = skill.offset_of(latent.basis(), &row, functions)?;
         let noise = seen.variance + skill.residual(&row);
-        Belief::view(latent.rank(), block).prepare(self.a, offset, seen.value, noise)?;
+        Belief::view(skill.rank(), block).prepare(a, offset, seen.value, noise)?;
+        self.of = Some(Cached {
+            row,
+            still,
+            support,
+            shared,
+        });
         Ok(())
     }
 }
