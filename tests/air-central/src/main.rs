@@ -12,6 +12,7 @@ mod arrivals;
 mod bond;
 mod requests;
 mod visit;
+#[path = "../../air/src/waker.rs"]
 mod waker;
 
 use std::{fmt::Debug, net::SocketAddr, path::PathBuf};
