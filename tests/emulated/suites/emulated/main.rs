@@ -17,6 +17,7 @@ mod lost;
 mod models;
 mod power;
 mod receiving;
+mod recognising;
 mod recording;
 mod streaming;
 
