@@ -188,6 +188,12 @@ def gaps(frames):
     return max(numbers) - min(numbers) + 1 - len(numbers)
 
 
+def dropped(frames):
+    """Packets that the wearable replaced by newer ones, by its newest status: an overloaded machine stalls the virtual
+    link as a wall does the radio."""
+    return struct.unpack_from("<I", [f for f in frames if f[1] == KINDS["status"]][-1], 18 + 23)[0]
+
+
 def stream_times_ms(frames):
     """The device time of every stream packet, which comes every 10 ms."""
     return [HEADER.unpack_from(f)[4] // 1000 for f in frames if f[1] == KINDS["stream"]]

@@ -18,7 +18,9 @@ def record(path, partition):
             start = partition + page * PAGE_BYTES + PAGE_HEADER_BYTES + place * PLACE_BYTES
             sequence, length, _version, checksum = HEADER.unpack_from(flash, start)
             payload = flash[start + HEADER.size:start + HEADER.size + length]
-            written = flash[start + PLACE_BYTES - 4:start + PLACE_BYTES] == bytes(4)
+            mark = int.from_bytes(flash[start + PLACE_BYTES - 4:start + PLACE_BYTES], "little")
+            # One that the power went in counts by the majority of its bits.
+            written = mark.bit_count() <= 16
             if written and sequence > newest and zlib.crc32(flash[start:start + 8] + payload) == checksum:
                 newest, kept = sequence, payload
     return kept

@@ -1,5 +1,6 @@
 """What a host sets up stays, whatever happens to link and power: calibration and models."""
 
+import asyncio
 import hashlib
 import random
 import struct
@@ -15,6 +16,7 @@ SEED = 0x70_0715
 PIECE_BYTES = 216
 # Pieces on their way at once; the wearable holds as many while it erases a page.
 WINDOW = 4
+INTERVAL_S = 0.015
 CUTS = 20
 NOT_CALIBRATED, NO_MODEL = 1 << 4, 1 << 5
 WRONG_OFFSET, NOT_FITTING, BUSY = 6, 8, 9
@@ -68,6 +70,8 @@ class Replies:
             for start in range(offset, min(until, offset + WINDOW * PIECE_BYTES), PIECE_BYTES):
                 piece = b"\1" + struct.pack("<I", start) + model[start:start + PIECE_BYTES]
                 asked.append(await self.send("MODEL_UPLOAD", "model", piece))
+            # A connection interval's worth: the wearable takes no more than one frame in 2 ms for long.
+            await asyncio.sleep(INTERVAL_S)
             for number in asked:
                 outcome, reason, detail = await self.answer(number)
                 assert outcome == 0 or reason in (WRONG_OFFSET, BUSY), reason

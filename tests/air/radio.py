@@ -97,24 +97,37 @@ class Air:
     def __init__(self, folder):
         self.flash = folder / "flash"
         self.link = link.LocalLink()
+        self.programs = []
         self.wearables = []
         self.hosts = 0
 
     async def wearable(self, *options, **oddities):
         """Starts the wearable's program, and waits until it advertises."""
-        listening = socket.socket()
-        listening.bind(("127.0.0.1", 0))
-        port = listening.getsockname()[1]
-        transport = await tcp_server.open_tcp_server_transport_with_socket(listening)
-        radio = Controller("wearable", host_source=transport.source, host_sink=transport.sink, link=self.link,
-                           **oddities)
-        process = await asyncio.create_subprocess_exec(
-            os.environ["TONUS_AIR"], f"127.0.0.1:{port}", "--flash", str(self.flash), *options,
-            env=os.environ | {"RUST_BACKTRACE": "0"}, stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.STDOUT)
-        wearable = Wearable(process, transport, radio, oddities)
+        wearable = await self._start(
+            Wearable, "wearable", "TONUS_AIR", "--flash", str(self.flash), *options, **oddities)
         self.wearables.append(wearable)
         await wearable.says("notice Advertising")
         return wearable
+
+    async def central(self, bond, *options):
+        """Starts a host on another stack, a program too; it keeps its bond in that file."""
+        return await self._start(
+            Program, "central", "TONUS_AIR_CENTRAL", "--wearable", str(WEARABLE).split("/")[0], "--bond", str(bond), *options)
+
+    async def _start(self, kind, name, variable, *options, **oddities):
+        """Starts a program at a controller of its own."""
+        # asyncio turns Nagle's algorithm off where a socket says that it is TCP; with it each answer is 40 ms late.
+        listening = socket.socket(proto=socket.IPPROTO_TCP)
+        listening.bind(("127.0.0.1", 0))
+        port = listening.getsockname()[1]
+        transport = await tcp_server.open_tcp_server_transport_with_socket(listening)
+        radio = Controller(name, host_source=transport.source, host_sink=transport.sink, link=self.link, **oddities)
+        process = await asyncio.create_subprocess_exec(
+            os.environ[variable], f"127.0.0.1:{port}", *options, env=os.environ | {"RUST_BACKTRACE": "0"},
+            stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.STDOUT)
+        program = kind(name, process, transport, radio, oddities)
+        self.programs.append(program)
+        return program
 
     async def host(self, address=None, delegate=None):
         """A powered host with an address of its own, or the one given."""
@@ -138,6 +151,8 @@ class Air:
             for connection in list(radio.le_connections.values()):
                 radio.on_le_disconnected(connection, hci.HCI_ErrorCode.CONNECTION_TIMEOUT_ERROR)
             if radio.name == "wearable":
+                # Or it would go on for ever, and a host would connect to nobody.
+                radio.le_legacy_advertiser.stop()
                 self.link.remove_controller(radio)
 
     def throw(self, device, packet):
@@ -145,14 +160,15 @@ class Air:
         self.link.send_acl_data(radio_of(device), WEARABLE, core.PhysicalTransport.LE, packet)
 
     async def close(self):
-        for wearable in self.wearables:
-            await wearable.stop()
+        for program in self.programs:
+            await program.stop()
 
 
-class Wearable:
-    """The program: its console, its button."""
+class Program:
+    """A program at a controller, and its console."""
 
-    def __init__(self, process, transport, radio, oddities):
+    def __init__(self, name, process, transport, radio, oddities):
+        self.name = name
         self.process = process
         self.stopped = False
         self.transport = transport
@@ -160,7 +176,6 @@ class Wearable:
         self.oddities = oddities
         self.lines = []
         self.read = 0
-        self.keys_read = 0
         self.news = asyncio.Event()
         self.reader = asyncio.create_task(self._read())
 
@@ -176,12 +191,6 @@ class Wearable:
         self.read, found = await self._find(pattern, self.read, limit_s)
         return found
 
-    async def passkey(self):
-        """The digits that the console shows for the pairing now under way. Looked for apart from what a
-        scenario waits for, since a person types while it runs."""
-        self.keys_read, found = await self._find(r"notice Passkey\((\d+)\)", self.keys_read, PATIENCE_S)
-        return int(found.group(1))
-
     async def _find(self, pattern, start, limit_s):
         async def wait():
             at = start
@@ -191,30 +200,21 @@ class Wearable:
                     if found := re.match(pattern, self.lines[at - 1]):
                         return at, found
                     if self.lines[at - 1] == "ended":
-                        raise AssertionError(f"the wearable ended before it said {pattern!r}: {self.lines[-12:]}")
+                        raise AssertionError(f"the {self.name} ended before it said {pattern!r}: {self.lines[-12:]}")
                 self.news.clear()
                 await self.news.wait()
         try:
             return await asyncio.wait_for(wait(), limit_s)
         except TimeoutError:
-            raise AssertionError(f"the wearable did not say {pattern!r}: {self.lines[-12:]}") from None
+            raise AssertionError(f"the {self.name} did not say {pattern!r}: {self.lines[-12:]}") from None
 
     def said(self, pattern):
         """The lines so far that match."""
         return [line for line in self.lines if re.match(pattern, line)]
 
-    async def command(self, word, answer):
-        self.process.stdin.write(f"{word}\n".encode())
+    async def type(self, line):
+        self.process.stdin.write(f"{line}\n".encode())
         await self.process.stdin.drain()
-        return await self.says(answer)
-
-    async def press(self):
-        """Presses the pairing button."""
-        await self.command("press", "pressed")
-
-    async def refused(self):
-        """Frames that the wearable refused since its start."""
-        return int((await self.command("refused", r"refused (\d+)")).group(1))
 
     def is_running(self):
         return self.process.returncode is None
@@ -227,3 +227,27 @@ class Wearable:
         await self.process.wait()
         await self.reader
         self.transport.server.close()
+
+
+class Wearable(Program):
+    """The wearable's program: what it shows, and its button."""
+
+    keys_read = 0
+
+    async def passkey(self):
+        """The digits that the console shows for the pairing now under way. Looked for apart from what a
+        scenario waits for, since a person types while it runs."""
+        self.keys_read, found = await self._find(r"notice Passkey\((\d+)\)", self.keys_read, PATIENCE_S)
+        return int(found.group(1))
+
+    async def command(self, word, answer):
+        await self.type(word)
+        return await self.says(answer)
+
+    async def press(self):
+        """Presses the pairing button."""
+        await self.command("press", "pressed")
+
+    async def refused(self):
+        """Frames that the wearable refused since its start."""
+        return int((await self.command("refused", r"refused (\d+)")).group(1))

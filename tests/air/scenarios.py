@@ -9,10 +9,12 @@ import time
 import traceback
 from pathlib import Path
 
+import bonds
 import hostile
 import keeping
 import links
 import streams
+import trouble
 from radio import Air
 
 # Per scenario; a machine under load takes many times the usual second.
@@ -30,8 +32,8 @@ async def run(scenario):
                 if "answers_phy" not in wearable.oddities:
                     assert not wearable.said("notice (Restarted|NotGranted|RequestFailed)"), wearable.lines
         except BaseException:
-            for wearable in air.wearables:
-                print("  the wearable said:", *wearable.lines[-15:], sep="\n    ")
+            for program in air.programs:
+                print(f"  the {program.name} said:", *program.lines[-15:], sep="\n    ")
             raise
         finally:
             await air.close()
@@ -46,7 +48,7 @@ def main():
     streams.PACKETS = options.packets
     # Bumble warns of what the scenarios do on purpose.
     logging.disable(logging.CRITICAL)
-    chapters = (links, streams, keeping, hostile)
+    chapters = (links, streams, bonds, keeping, trouble, hostile)
     scenarios = {scenario.__name__: scenario for chapter in chapters for scenario in chapter.SCENARIOS}
     if options.list:
         print("\n".join(scenarios))

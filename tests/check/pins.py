@@ -25,6 +25,7 @@ LABELS = {
         "Converter.data_ready": "DRDY",
         "Converter.start": "START",
         "Converter.reset": "RESET",
+        "Converter.self_test": "self-test at start",
         "AttitudeSensor.data": "SDA",
         "AttitudeSensor.clock": "SCL",
         "share.button": "lets a host pair",

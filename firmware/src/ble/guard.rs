@@ -104,8 +104,9 @@ fn shortest(operation: u8) -> u16 {
     match operation {
         // Exchange MTU, read, write with and without response.
         0x02 | 0x0a | 0x12 | 0x52 => 3,
-        // Find information, read by type, read blob, read multiple, read by group type, prepare write.
-        0x04 | 0x08 | 0x0c | 0x0e | READ_BY_GROUP_TYPE | 0x16 => 5,
+        // Find information, read by type, read blob, read multiple, read by group type, prepare write, read multiple of
+        // variable length.
+        0x04 | 0x08 | 0x0c | 0x0e | READ_BY_GROUP_TYPE | 0x16 | 0x20 => 5,
         // Find by type value.
         0x06 => 7,
         // Execute write.
@@ -169,6 +170,7 @@ mod tests {
             (0x12, 3),
             (0x16, 5),
             (0x18, 2),
+            (0x20, 5),
             (0x52, 3),
         ] {
             let mut frame = [0; 4 + 7];

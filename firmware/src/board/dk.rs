@@ -4,7 +4,11 @@
 #[macro_use]
 mod shared;
 
-use embassy_nrf::{Peri, gpio::AnyPin, peripherals};
+use embassy_nrf::{
+    Peri,
+    gpio::{AnyPin, Input, Pull},
+    peripherals,
+};
 use tonus_firmware::{
     battery::Battery,
     imu::{Address as AttitudeAddress, Model},
@@ -38,6 +42,9 @@ pub(crate) const ATTITUDE_ADDRESS: AttitudeAddress = AttitudeAddress::High;
 /// to the left of a hanging arm.
 pub(crate) const MOUNTING: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
 
+/// 10 us at 64 MHz.
+const PULL_UP_CYCLES: u32 = 640;
+
 /// The front end's parts.
 pub(crate) struct FrontEnd {
     pub(crate) converter: Converter,
@@ -57,6 +64,8 @@ pub(crate) struct Converter {
     pub(crate) edge_channel: Peri<'static, peripherals::GPIOTE_CH0>,
     pub(crate) timer: Peri<'static, peripherals::TIMER3>,
     pub(crate) capture: Peri<'static, peripherals::PPI_CH0>,
+    /// Whether the ADS1294 is to measure itself first.
+    pub(crate) self_test: bool,
 }
 
 /// The chip's own converter, which measures its supply.
@@ -80,6 +89,7 @@ pub(crate) fn take() -> Board {
             edge_channel: chip.GPIOTE_CH0,
             timer: chip.TIMER3,
             capture: chip.PPI_CH0,
+            self_test: held(chip.P0_12.into()),
         },
         battery: BatteryInput {
             converter: chip.SAADC,
@@ -92,4 +102,12 @@ pub(crate) fn take() -> Board {
     };
     // Button 1; the serial port is the board's debugger's, which shows it to the host.
     share!(chip, front_end, attitude, button: P0_11, to_host: P0_06, from_host: P0_08)
+}
+
+/// Whether a button, Button 2 here, is held down as the chip starts.
+fn held(button: Peri<'static, AnyPin>) -> bool {
+    let button = Input::new(button, Pull::Up);
+    // The pull-up of 13 kOhm charges the pin's and the wire's capacitance within microseconds.
+    cortex_m::asm::delay(PULL_UP_CYCLES);
+    button.is_low()
 }

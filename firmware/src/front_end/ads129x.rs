@@ -15,7 +15,7 @@ use tonus_firmware::{
     acquisition::{self, CHANNELS, EdgeClock, PERIOD_US},
     afe::{
         DataReady, Edge,
-        ads129x::{self, Ads129x, Settings},
+        ads129x::{self, Ads129x, SelfTest, SelfTestError, Settings},
         saadc::millivolts,
     },
 };
@@ -92,6 +92,18 @@ async fn acquire(parts: board::Converter, mut handle: Handle) {
         timer,
         newest: 0,
     };
+    if parts.self_test {
+        handle.pet();
+        match self_test(&mut converter, &mut ready).await {
+            Ok(measured) => defmt::info!(
+                "self-test: test signal {} V, noise {} V RMS",
+                measured.amplitude_v,
+                measured.noise_v
+            ),
+            Err(error) => defmt::error!("self-test failed: {}", error),
+        }
+        handle.pet();
+    }
     let mut clock = EdgeClock::new(PERIOD_US, TICKS_PER_US);
     acquisition::acquire(
         &mut converter,
@@ -105,6 +117,24 @@ async fn acquire(parts: board::Converter, mut handle: Handle) {
     )
     .await
 }
+
+/// The chip measures its own noise and test signal, 2.4 s in all.
+async fn self_test(
+    converter: &mut Adc,
+    ready: &mut Ready,
+) -> Result<SelfTest<CHANNELS>, SelfTestError> {
+    converter.power_up().await?;
+    converter.self_test(ready).await
+}
+
+/// The chip behind its bus and lines.
+type Adc = Ads129x<
+    CHANNELS,
+    ExclusiveDevice<Spim<'static>, Output<'static>, Delay>,
+    Output<'static>,
+    Output<'static>,
+    Delay,
+>;
 
 /// Captured by the edge itself.
 const CAPTURED: usize = 0;

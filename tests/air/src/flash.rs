@@ -16,14 +16,22 @@ use tonus_firmware::storage::{
     partitions::{FLASH_BYTES, PAGE_BYTES, WORD_BYTES},
 };
 
-pub(crate) struct FileFlash(File);
+pub(crate) struct FileFlash {
+    file: File,
+    /// Words and pages until the power goes in the middle of one.
+    steps_left: Option<u32>,
+}
+
+/// Exit code of a wearable that lost its power.
+const POWER_LOST: i32 = 3;
 
 #[derive(Debug)]
 pub(crate) struct FileError(io::Error);
 
 impl FileFlash {
-    /// Opens a flash, or makes an erased one.
-    pub(crate) fn open(path: &Path) -> io::Result<Self> {
+    /// Opens a flash, or makes an erased one. Where `power_steps` are given the power goes after so many words written and
+    /// pages erased: the next one is half done, and the process ends.
+    pub(crate) fn open(path: &Path, power_steps: Option<u32>) -> io::Result<Self> {
         let file = OpenOptions::new()
             .read(true)
             .write(true)
@@ -33,20 +41,34 @@ impl FileFlash {
         if file.metadata()?.len() != u64::from(FLASH_BYTES) {
             file.write_all_at(&vec![0xff; FLASH_BYTES as usize], 0)?;
         }
-        Ok(Self(file))
+        Ok(Self {
+            file,
+            steps_left: power_steps,
+        })
     }
 
     /// A copy of a model as it lies in the flash; it is never given back, as the chip's own memory is not.
     pub(crate) fn mapped(&self, model: Model) -> &'static [u8] {
         let mut bytes = vec![0; model.length as usize];
-        match self.0.read_exact_at(&mut bytes, u64::from(model.start)) {
+        match self.file.read_exact_at(&mut bytes, u64::from(model.start)) {
             Ok(()) => Box::leak(bytes.into_boxed_slice()),
             Err(_) => &[],
         }
     }
 
+    /// The same flash once more, to read from.
     pub(crate) fn another(&self) -> io::Result<Self> {
-        self.0.try_clone().map(Self)
+        Ok(Self {
+            file: self.file.try_clone()?,
+            steps_left: None,
+        })
+    }
+
+    /// Counts a word or a page; whether it is the one that the power goes in.
+    fn is_cut(&mut self) -> bool {
+        let is_cut = self.steps_left == Some(0);
+        self.steps_left = self.steps_left.map(|left| left.saturating_sub(1));
+        is_cut
     }
 }
 
@@ -67,7 +89,7 @@ impl ReadNorFlash for FileFlash {
     const READ_SIZE: usize = 1;
 
     async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FileError> {
-        let read = self.0.read_exact_at(bytes, u64::from(offset));
+        let read = self.file.read_exact_at(bytes, u64::from(offset));
         read.map_err(FileError)
     }
 
@@ -81,10 +103,16 @@ impl NorFlash for FileFlash {
     const ERASE_SIZE: usize = PAGE_BYTES as usize;
 
     async fn erase(&mut self, from: u32, to: u32) -> Result<(), FileError> {
-        let erased = self
-            .0
-            .write_all_at(&vec![0xff; (to - from) as usize], u64::from(from));
-        erased.map_err(FileError)
+        for page in (from..to).step_by(Self::ERASE_SIZE) {
+            let is_cut = self.is_cut();
+            let bytes = Self::ERASE_SIZE / if is_cut { 2 } else { 1 };
+            let erased = self.file.write_all_at(&vec![0xff; bytes], u64::from(page));
+            erased.map_err(FileError)?;
+            if is_cut {
+                std::process::exit(POWER_LOST);
+            }
+        }
+        Ok(())
     }
 
     /// Word by word, as the chip does: between any two of them the process may be killed.
@@ -95,12 +123,17 @@ impl NorFlash for FileFlash {
         {
             let mut kept = vec![0; word.len()];
             let at = u64::from(address);
-            self.0.read_exact_at(&mut kept, at).map_err(FileError)?;
+            self.file.read_exact_at(&mut kept, at).map_err(FileError)?;
+            let is_cut = self.is_cut();
+            let bytes = if is_cut { word.len() / 2 } else { word.len() };
             // Bits only clear.
-            for (kept, byte) in kept.iter_mut().zip(word) {
+            for (kept, byte) in kept.iter_mut().zip(&word[..bytes]) {
                 *kept &= byte;
             }
-            self.0.write_all_at(&kept, at).map_err(FileError)?;
+            self.file.write_all_at(&kept, at).map_err(FileError)?;
+            if is_cut {
+                std::process::exit(POWER_LOST);
+            }
         }
         Ok(())
     }

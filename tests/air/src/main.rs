@@ -2,13 +2,15 @@
 //! of Nordic's radio, and is otherwise what the chip runs.
 //!
 //! ```text
-//! tonus-air 127.0.0.1:PORT --flash FILE [--stream-hz 100]
+//! tonus-air 127.0.0.1:PORT --flash FILE [--stream-hz 100] [--power-steps N]
 //! ```
 //!
 //! Prints a line for every notice, and takes lines from its standard input: `press` is the pairing button,
-//! `refused` asks for the number of frames refused. Ends with its input.
+//! `refused` asks for the number of frames refused. Ends with its input, or in the middle of the flash's word or page after `N`
+//! others, as if its power had gone.
 
 mod flash;
+mod waker;
 mod wearer;
 
 use std::{net::SocketAddr, path::PathBuf};
@@ -45,7 +47,9 @@ const BATTERY_MV: u16 = 3_950;
 
 #[derive(Debug, thiserror::Error)]
 enum Failure {
-    #[error("usage: tonus-air 127.0.0.1:PORT --flash FILE [--stream-hz {STREAM_HZ}]: {0}")]
+    #[error(
+        "usage: tonus-air 127.0.0.1:PORT --flash FILE [--stream-hz {STREAM_HZ}] [--power-steps N]: {0}"
+    )]
     Usage(String),
     #[error("no virtual controller: {0}")]
     Link(#[from] std::io::Error),
@@ -61,6 +65,7 @@ struct Options {
     controller: SocketAddr,
     flash: PathBuf,
     stream_hz: u32,
+    power_steps: Option<u32>,
 }
 
 fn options(mut words: impl Iterator<Item = String>) -> Result<Options, Failure> {
@@ -69,16 +74,17 @@ fn options(mut words: impl Iterator<Item = String>) -> Result<Options, Failure> 
     let controller = controller
         .parse()
         .map_err(|_| Failure::Usage(format!("{controller} is no address with port")))?;
-    let (mut flash, mut stream_hz) = (None, STREAM_HZ);
+    let (mut flash, mut stream_hz, mut power_steps) = (None, STREAM_HZ, None);
     while let Some(word) = words.next() {
         let value = words.next().ok_or_else(|| missing(&word))?;
+        let number = || {
+            let number = value.parse();
+            number.map_err(|_| Failure::Usage(format!("{word} {value} is no number")))
+        };
         match word.as_str() {
-            "--flash" => flash = Some(PathBuf::from(value)),
-            "--stream-hz" => {
-                stream_hz = value
-                    .parse()
-                    .map_err(|_| Failure::Usage(format!("{value} is no rate")))?;
-            }
+            "--flash" => flash = Some(PathBuf::from(&value)),
+            "--stream-hz" => stream_hz = number()?,
+            "--power-steps" => power_steps = Some(number()?),
             other => return Err(Failure::Usage(format!("{other} is unknown"))),
         }
     }
@@ -86,12 +92,17 @@ fn options(mut words: impl Iterator<Item = String>) -> Result<Options, Failure> 
         controller,
         flash: flash.ok_or_else(|| missing("--flash"))?,
         stream_hz,
+        power_steps,
     })
 }
 
 #[tokio::main(flavor = "current_thread")]
 async fn main() -> Result<(), Failure> {
     let options = options(std::env::args().skip(1))?;
+    waker::with_one_waker(run(options)).await
+}
+
+async fn run(options: Options) -> Result<(), Failure> {
     let stream = TcpStream::connect(options.controller).await?;
     stream.set_nodelay(true)?;
     let (from, to) = stream.into_split();
@@ -103,7 +114,7 @@ async fn main() -> Result<(), Failure> {
     let (calibration, window) = (Shown::new(), PairingWindow::new());
     let vitals = Vitals::new();
     vitals.set_battery(&Battery::LITHIUM_POLYMER, BATTERY_MV);
-    let file = FileFlash::open(&options.flash)?;
+    let file = FileFlash::open(&options.flash, options.power_steps)?;
     let models = file.another()?;
     let storage = Storage::open(file, DK).await;
     let flash = Flash::new(storage.map_err(|error| Failure::Flash(error.to_string()))?);

@@ -38,6 +38,7 @@ pub struct SelfTest<const C: usize> {
 
 /// Why the self-test failed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum SelfTestError {
     /// The converter could not be read.
     #[error(transparent)]

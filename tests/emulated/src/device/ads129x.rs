@@ -1,7 +1,7 @@
 //! TI ADS1294 and ADS1298 on SPI: commands, registers, conversions (datasheet SBAS459K).
 //!
 //! Section titles are that datasheet's. Analogue behaviour is not modelled: a channel's counts are given,
-//! its gain is not applied to them.
+//! its gain is not applied to them, but to the test signal.
 
 use crate::chip::{CYCLES_PER_S, CYCLES_PER_US};
 
@@ -261,9 +261,10 @@ impl Ads129x {
                 signal.map_or(0, |signal| signal[number as usize % signal.len()])
             }
             5 if self.registers[CONFIG2] & 0x10 != 0 => {
-                // A square wave of fCLK / 2^21, 0.98 Hz.
-                let half = self.rate_hz() * (1 << 20) / 2_048_000;
-                let size = TEST_COUNTS << (self.registers[CONFIG2] >> 2 & 1);
+                // A square wave of fCLK / 2^21, or with TEST_FREQ 01 of fCLK / 2^20: 0.98 or 1.95 Hz.
+                let clocks = 1_u64 << (20 - u64::from(self.registers[CONFIG2] & 1));
+                let half = self.rate_hz() * clocks / 2_048_000;
+                let size = (TEST_COUNTS << (self.registers[CONFIG2] >> 2 & 1)) * gain(setting);
                 if (number / half.max(1)).is_multiple_of(2) {
                     size
                 } else {
@@ -368,6 +369,16 @@ impl Ads129x {
             }
             _ => {}
         }
+    }
+}
+
+/// CHnSET, GAIN.
+fn gain(setting: u8) -> i32 {
+    match setting >> 4 & 7 {
+        0b000 => 6,
+        0b101 => 8,
+        0b110 => 12,
+        other => i32::from(other),
     }
 }
 

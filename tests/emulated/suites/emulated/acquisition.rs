@@ -5,7 +5,9 @@ use tonus_firmware::acquisition::CHANNELS;
 use tonus_shared::semg::quality::Quality;
 use tonus_shared::wire::{Control, Frame, Packet, StatusFlags, StreamFlags};
 
-use super::{STARTED_US, converter, converter_mut, frames_since, host, last_status, started};
+use super::{
+    SELF_TEST, STARTED_US, converter, converter_mut, frames_since, host, last_status, started,
+};
 
 /// Every scan that came since a time: its index and counts.
 fn scans(machine: &Machine, from_us: u64) -> Vec<(usize, Vec<i32>)> {
@@ -151,4 +153,31 @@ fn an_electrode_that_comes_off_shows_within_a_tenth_of_a_second() {
         .map(|quality| quality.contains(Quality::LEAD_OFF))
         .collect();
     assert_eq!(off, [false, false, true, false]);
+}
+
+#[test]
+fn the_converter_measures_itself_when_its_button_is_held_and_then_gives_scans() {
+    let mut world = super::wearer(vec![vec![1_000]; CHANNELS]);
+    world.pins.set(SELF_TEST, false);
+    let machine = super::ran(world, 4_500_000);
+    let said = |line: &&String| line.contains("self-test");
+    let lines: Vec<&String> = machine.log().iter().filter(said).collect();
+    assert_eq!(lines.len(), 1, "{:#?}", machine.log());
+    let (signal, noise) = lines[0].split_once("noise").unwrap();
+    let volts = |text: &str| -> Vec<f64> {
+        let numbers = text.split(|c: char| !c.is_ascii_digit() && !"e.-".contains(c));
+        numbers.filter_map(|number| number.parse().ok()).collect()
+    };
+    // 1 mV by the datasheet; the model's channels make no noise.
+    let signal = volts(signal);
+    assert_eq!(signal.len(), CHANNELS, "{}", lines[0]);
+    assert!(
+        signal.iter().all(|volts| (volts - 1e-3).abs() < 1e-6),
+        "{signal:?}"
+    );
+    assert_eq!(volts(noise), [0.0; CHANNELS]);
+    assert!(frames_since(&machine, 3_500_000).len() > 50, "it streams");
+
+    let untested = frames_since(&started(), 0);
+    assert!(untested.len() > 50, "half a second after the start");
 }

@@ -15,11 +15,16 @@ const LOOK_US: u64 = 5_000;
 
 /// A packet as it goes over the line.
 pub(crate) fn enclosed(sequence: u32, packet: Packet) -> Vec<u8> {
+    dated(sequence, 0, packet)
+}
+
+/// The same, of a time of the wearable's clock.
+pub(crate) fn dated(sequence: u32, device_us: u64, packet: Packet) -> Vec<u8> {
     let frame = Frame {
         header: Header {
             boot_id: 7,
             sequence,
-            device_us: 0,
+            device_us,
         },
         packet,
     };
@@ -59,7 +64,7 @@ pub(crate) fn ask(
 }
 
 /// Waits for a time at which nothing is on the line, and gives it in microseconds.
-fn idle_line(machine: &mut Machine) -> u64 {
+pub(crate) fn idle_line(machine: &mut Machine) -> u64 {
     loop {
         let sent = &machine.world().unwrap().serial.sent;
         let (last_us, end) = sent

@@ -17,6 +17,7 @@ mod lost;
 mod models;
 mod power;
 mod receiving;
+mod recognising;
 mod recording;
 mod streaming;
 
@@ -77,13 +78,19 @@ fn built() -> std::path::PathBuf {
 fn wearer(counts: Vec<Vec<i32>>) -> World {
     let mut imu = Lsm6dso::new(SENSOR_ADDRESS, SENSOR_WIRES);
     imu.measure(AT_REST);
-    World {
+    let mut world = World {
         seed: 20_260_101,
         ads: Some(Ads129x::new(CONVERTER, counts)),
         imu: Some(imu),
         ..World::default()
-    }
+    };
+    // Nobody presses it: its pull-up is drawn here.
+    world.pins.set(SELF_TEST, true);
+    world
 }
+
+/// Button 2, which asks the converter to measure itself at start; low while it is pressed.
+const SELF_TEST: u32 = 12;
 
 /// One whose muscles do nothing; the amplifier's noise is there.
 fn quiet() -> World {

@@ -33,6 +33,14 @@ impl Model {
         Self(bytes)
     }
 
+    /// As numbers of four bytes, at an address where they can be read.
+    pub(crate) fn aligned(&self) -> Vec<u32> {
+        let words = self.0.chunks_exact(4);
+        words
+            .map(|word| u32::from_le_bytes(word.try_into().unwrap()))
+            .collect()
+    }
+
     pub(crate) fn words(&self) -> usize {
         self.0.len() / 4
     }
