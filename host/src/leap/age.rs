@@ -15,7 +15,8 @@ const BEHIND_CONFIRMATIONS: u32 = 10;
 /// one whose clock was set back, microseconds. Before the rate is known, frames of all delays but such are needed.
 const LATE_US: u64 = 10_000;
 const LATE_AT_FIRST_US: u64 = 100_000;
-/// After so long without any frame, clocks may have parted by half the age limit, microseconds.
+/// After so long without any frame, clocks may have parted by half the age limit, microseconds. Until then a service that
+/// restarted unseen and has meanwhile counted beyond the old one passes for lagging: no hand rather than a stale one.
 const FORGET_US: u64 = 600_000_000;
 /// Rounding of the two clocks, microseconds.
 const ROUNDING_US: u64 = 1_000;
