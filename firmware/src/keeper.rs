@@ -1,6 +1,6 @@
 //! The task that owns the flash: keeps calibrations and models for a host, and answers it.
 //!
-//! It runs in the thread, below everything that is in a hurry: writing a word takes 40 us, erasing a page 85 ms.
+//! It runs in the thread, below everything that is in a hurry: writing a word takes 41 us, erasing a page 85 ms.
 
 use core::convert::Infallible;
 

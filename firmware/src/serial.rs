@@ -26,7 +26,7 @@ const RECEIVE_BYTES: usize = 512;
 /// Room for one block: whoever writes the next one waits until the line has taken this one.
 const SEND_BYTES: usize = MAX_BLOCK_BYTES;
 
-/// The flash. The processor stands still while it is written: 42 us for a word, 85 ms for erasing a page.
+/// The flash. The processor stands still while it is written: 41 us for a word, 85 ms for erasing a page.
 pub(crate) type Nvm = BlockingAsync<Nvmc<'static>>;
 
 /// Nothing can go wrong.
