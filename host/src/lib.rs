@@ -10,6 +10,7 @@ pub mod envelope;
 pub mod experiment;
 pub mod leap;
 pub mod link;
+pub mod live;
 pub mod model;
 pub mod report;
 pub mod robot;

@@ -1,0 +1,154 @@
+//! What happens to a running program, with its time. The engine is a function of these and of nothing else, so a
+//! recording of them plays as it ran.
+
+use serde::{Deserialize, Serialize};
+
+/// An input and when it happened.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Timed {
+    /// Session time: microseconds since the program started, by the host's monotonic clock. Never falls.
+    pub at_us: u64,
+    /// What happened.
+    pub input: Input,
+}
+
+/// Everything that can happen to a running program.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Input {
+    /// The wearable's link came up or went down.
+    Link(LinkEvent),
+    /// One frame as it came from the wearable, unchecked.
+    Frame(Vec<u8>),
+    /// The hand tracker's connection came up or went down.
+    Tracker(TrackerEvent),
+    /// The tracker took a picture: the hand, or none where it is not seen.
+    Hand(Option<HandSeen>),
+    /// The robot told where it is: while it is shown what to do, this is its part of a demonstration.
+    Robot(RobotSeen),
+    /// A person did something, on the page or in the terminal.
+    Act(Act),
+    /// Learning ended: a model as `store::to_bytes` writes it, or why there is none.
+    Learnt(Result<Vec<u8>, String>),
+}
+
+/// How the wearable's link fares.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(tag = "link", rename_all = "snake_case")]
+pub enum LinkEvent {
+    /// Connected; frames may follow.
+    Up {
+        /// Who is at the other end, for people.
+        name: String,
+        /// Largest attribute that it carries, bytes; none where there is no such limit.
+        mtu: Option<u16>,
+        /// Connection interval, microseconds; none where there is none or nobody says.
+        interval_us: Option<u32>,
+    },
+    /// Not connected; another attempt follows by itself.
+    Down {
+        /// Why, and what to do.
+        reason: String,
+    },
+}
+
+/// How the tracker's connection fares.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(tag = "tracker", rename_all = "snake_case")]
+pub enum TrackerEvent {
+    /// It answers.
+    Up {
+        /// What it is, for people.
+        name: String,
+    },
+    /// It does not answer; another attempt follows by itself.
+    Down {
+        /// Why, and what to do.
+        reason: String,
+    },
+}
+
+/// One picture of the hand.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HandSeen {
+    /// When the picture was taken, session time, microseconds.
+    pub exposed_us: u64,
+    /// The palm in the tracker's frame, metres.
+    pub position_m: [f64; 3],
+}
+
+/// Where the robot is.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RobotSeen {
+    /// When it was there, session time, microseconds.
+    pub measured_us: u64,
+    /// Its hand in its base frame, metres.
+    pub position_m: [f64; 3],
+    /// Diagonal stiffness that it keeps, N/m.
+    pub stiffness_n_per_m: [f64; 3],
+}
+
+/// What a person does. As JSON: `{"act": "record", "label": "lift_book"}`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "act", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Act {
+    /// Begin the guided calibration of a person.
+    Calibrate(Person),
+    /// Begin the check whether the wearable sits as it did when it was calibrated.
+    CheckFit,
+    /// Begin the step of the calibration that is shown, or do it again.
+    CalibrationStep,
+    /// The step that was measured is good: on to the next one.
+    CalibrationNext,
+    /// Send what was measured to the wearable, and use it.
+    CalibrationUse,
+    /// Stop calibrating; what was in use stays.
+    CalibrationCancel,
+    /// Begin to record a demonstration.
+    Record {
+        /// The skill that it shows.
+        label: String,
+    },
+    /// The demonstration is over.
+    Stop,
+    /// Keep only a part of a demonstration.
+    Trim {
+        /// Which one.
+        id: u32,
+        /// From here, seconds since it began.
+        from_s: f64,
+        /// To here.
+        to_s: f64,
+    },
+    /// Call a demonstration otherwise.
+    Label {
+        /// Which one.
+        id: u32,
+        /// Its new label.
+        label: String,
+    },
+    /// Forget a demonstration.
+    Discard {
+        /// Which one.
+        id: u32,
+    },
+    /// Learn from all demonstrations.
+    Train,
+    /// Let the robot follow. Only a person does this.
+    Arm,
+    /// Let the robot follow no more.
+    Disarm,
+}
+
+/// Whom the calibration is for.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Person {
+    /// A name or code, for files.
+    pub name: String,
+    /// Body mass, kg.
+    pub body_mass_kg: f64,
+    /// Body height, m.
+    pub body_height_m: f64,
+    /// Mains frequency where they are, 50 or 60 Hz; none for no notch.
+    pub mains_hz: Option<u8>,
+}
