@@ -17,6 +17,8 @@ pub mod report;
 pub mod robot;
 pub mod session;
 pub mod simulate;
+pub mod source;
 mod statistics;
 pub mod store;
+pub mod studio;
 pub mod table;

@@ -58,6 +58,21 @@ struct Shared {
     dropped_requests: AtomicU64,
 }
 
+/// Puts inputs in from anywhere: a page, a thread that learnt something.
+#[derive(Clone, Debug)]
+pub struct Injector {
+    clock: SessionClock,
+    inputs: SyncSender<Timed>,
+}
+
+impl Injector {
+    /// Something happened now; whether there was room.
+    pub fn input(&self, input: Input) -> bool {
+        let at_us = self.clock.now_us();
+        self.inputs.try_send(Timed { at_us, input }).is_ok()
+    }
+}
+
 /// The queue that all sources fill.
 #[derive(Debug)]
 pub struct Inputs {
@@ -94,6 +109,15 @@ impl Inputs {
             shared,
         };
         (port, plug)
+    }
+
+    /// For whoever is no device.
+    #[must_use]
+    pub fn injector(&self) -> Injector {
+        Injector {
+            clock: self.clock,
+            inputs: self.sender.clone(),
+        }
     }
 
     /// The next input, or none within `limit`.

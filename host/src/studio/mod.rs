@@ -1,0 +1,5 @@
+//! All of it joined: devices, engine, recording, page and robot.
+
+pub mod setup;
+pub mod story;
+pub mod virtually;
