@@ -117,7 +117,7 @@ ROOMS = {
         # From the tracker's frame to the robot's.
         "transform": set(),
         # What happened, on disk.
-        "recording": {"atomic", "live", "store", "table"},
+        "recording": {"atomic", "live", "robot"},
         # What is seen, in a browser.
         "page": {"live"},
         "config": {"robot"},
