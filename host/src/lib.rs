@@ -12,6 +12,7 @@ pub mod leap;
 pub mod link;
 pub mod live;
 pub mod model;
+pub mod page;
 pub mod report;
 pub mod robot;
 pub mod session;
