@@ -13,6 +13,7 @@ pub mod library;
 pub mod link;
 pub mod live;
 pub mod model;
+pub mod page;
 pub mod recording;
 pub mod report;
 pub mod robot;
