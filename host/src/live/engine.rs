@@ -42,6 +42,8 @@ const HISTORY: usize = 12;
 pub trait World {
     /// The next moment: its time and what happened, or only that time passed; none ends the run. Times never fall.
     fn next(&mut self) -> Option<(u64, Option<Input>)>;
+    /// An input is taken at this time, which is not before that of the one before: what a recording keeps.
+    fn took(&mut self, at_us: u64, input: &Input);
     /// Asks the wearable's source, or the person, for something.
     fn ask(&mut self, at_us: u64, request: Request);
     /// Something is to be learnt; [`Input::Learnt`] tells of it, and then [`World::learnt`] gives it.
@@ -207,7 +209,10 @@ impl Engine {
             if self.follow.advance(now_us) {
                 world.set(now_us, &self.follow.setpoint(), self.follow.gate.state());
             }
-            let changed = input.is_some_and(|input| self.take(session.as_mut(), input, world));
+            let changed = input.is_some_and(|input| {
+                world.took(now_us, &input);
+                self.take(session.as_mut(), input, world)
+            });
             self.routine(session.as_ref(), world);
             if now_us >= self.shown_us + SHOW_EVERY_US {
                 self.shown_us = now_us;

@@ -63,13 +63,24 @@ struct Shared {
 pub struct Injector {
     clock: SessionClock,
     inputs: SyncSender<Timed>,
+    closed: Arc<AtomicBool>,
 }
 
 impl Injector {
     /// Something happened now; whether there was room.
     pub fn input(&self, input: Input) -> bool {
         let at_us = self.clock.now_us();
-        self.inputs.try_send(Timed { at_us, input }).is_ok()
+        let sent = self.inputs.try_send(Timed { at_us, input });
+        if let Err(TrySendError::Disconnected(_)) = sent {
+            self.closed.store(true, Ordering::Relaxed);
+        }
+        sent.is_ok()
+    }
+
+    /// Whether anybody still takes inputs, as far as the last one told.
+    #[must_use]
+    pub fn open(&self) -> bool {
+        !self.closed.load(Ordering::Relaxed)
     }
 }
 
@@ -117,7 +128,14 @@ impl Inputs {
         Injector {
             clock: self.clock,
             inputs: self.sender.clone(),
+            closed: Arc::default(),
         }
+    }
+
+    /// Session time now, microseconds.
+    #[must_use]
+    pub fn now_us(&self) -> u64 {
+        self.clock.now_us()
     }
 
     /// The next input, or none within `limit`.

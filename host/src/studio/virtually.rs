@@ -90,11 +90,11 @@ impl<Person: Someone> World for Virtual<Person> {
                 .extend(came.map(|timed| (timed.at_us, Some(timed.input))));
             self.waiting.push_back((self.now_us, None));
         }
-        let next = self.waiting.pop_front();
-        if let Some((at_us, Some(input))) = &next {
-            self.person.input(*at_us, input);
-        }
-        next
+        self.waiting.pop_front()
+    }
+
+    fn took(&mut self, at_us: u64, input: &Input) {
+        self.person.input(at_us, input);
     }
 
     fn ask(&mut self, at_us: u64, request: Request) {
