@@ -7,11 +7,12 @@ mod port;
 mod request;
 mod view;
 
-pub use input::{Act, HandSeen, Input, LinkEvent, Person, RobotSeen, Timed, TrackerEvent};
+pub use crate::calibration::{CalibrationResult, Estimate, Person, StepView};
+pub use input::{Act, HandSeen, Input, LinkEvent, RobotSeen, Timed, TrackerEvent};
 pub use port::{Inputs, Plug, Port, SessionClock};
 pub use request::{Prompt, Request};
 pub use view::{
-    CalibrationResult, CalibrationView, ChannelView, ClockView, DemonstrationView, Estimate,
-    FileView, FitView, HandView, Lamp, LatencyView, LibraryView, LinkView, Message, PathPoint,
-    RecognitionView, RecordingView, RobotView, SemgView, StepView, Trace, TrackerView, View,
+    CalibrationView, ChannelView, ClockView, DemonstrationView, FileView, FitView, HandView, Lamp,
+    LatencyView, LibraryView, LinkView, Message, PathPoint, RecognitionView, RecordingView,
+    RobotView, SemgView, Trace, TrackerView, View,
 };
