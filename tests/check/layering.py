@@ -113,7 +113,7 @@ ROOMS = {
         # Devices that give inputs: each a thread of its own.
         "source": {"leap", "link", "live", "robot", "simulate"},
         # Measures a person: levels, co-contraction, joint stiffness; and whether the wearable sits as it did.
-        "calibration": set(),
+        "calibration": {"statistics"},
         # From the tracker's frame to the robot's.
         "transform": set(),
         # What happened, on disk.
