@@ -9,6 +9,7 @@ pub mod demonstration;
 pub mod envelope;
 pub mod experiment;
 pub mod leap;
+pub mod library;
 pub mod link;
 pub mod live;
 pub mod model;
