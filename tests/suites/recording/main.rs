@@ -1,0 +1,6 @@
+//! Recordings: programs that are killed, disks that are full, and readers by others.
+
+mod child;
+mod full;
+mod killed;
+mod outside;
