@@ -10,6 +10,7 @@ pub mod demo;
 pub mod demonstration;
 pub mod envelope;
 pub mod experiment;
+pub mod export;
 pub mod leap;
 pub mod library;
 pub mod link;

@@ -25,8 +25,10 @@ PACKAGES = {
     "tonus-firmware": {"tonus-shared"},
     # A tool for the host; it knows the flash's layout.
     "tonus-uf2": {"tonus-firmware"},
-    "tonus": {"tonus-shared"},
-    "tonus-tests": {"tonus", "tonus-shared"},
+    "tonus": {"tonus-native", "tonus-shared"},
+    # The only place on the host where unsafe code stands; it knows nothing of Tonus.
+    "tonus-native": set(),
+    "tonus-tests": {"tonus", "tonus-native", "tonus-shared"},
     "tonus-air": {"tonus-firmware", "tonus-shared"},
     "tonus-air-central": {"tonus-shared"},
     "tonus-on-target": {"tonus-shared"},
@@ -118,6 +120,8 @@ ROOMS = {
         "transform": set(),
         # What happened, on disk.
         "recording": {"atomic", "live", "robot"},
+        # Recordings for other programs.
+        "export": {"atomic", "clock", "live", "recording", "robot"},
         # What is seen, in a browser.
         "page": {"live"},
         "config": {"robot"},
@@ -258,7 +262,7 @@ def resolve(path, module, crate):
 
 
 def check_packages(root):
-    for manifest in sorted([*root.glob("*/Cargo.toml"), *root.glob("firmware/*/Cargo.toml"), *root.glob("tests/*/Cargo.toml")]):
+    for manifest in sorted([*root.glob("*/Cargo.toml"), *root.glob("host/*/Cargo.toml"), *root.glob("firmware/*/Cargo.toml"), *root.glob("tests/*/Cargo.toml")]):
         document = tomllib.loads(manifest.read_text())
         name = document["package"]["name"]
         where = f"{manifest.relative_to(root)}:1"

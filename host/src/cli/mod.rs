@@ -14,6 +14,7 @@ mod listen;
 mod options;
 mod progress;
 mod run;
+mod recover;
 mod train;
 mod unlabelled;
 mod view;
@@ -55,6 +56,7 @@ enum Verb {
     Info(info::InfoArgs),
     Listen(listen::ListenArgs),
     Run(run::RunArgs),
+    Recover(recover::RecoverArgs),
     Train(train::TrainArgs),
 }
 
@@ -89,6 +91,7 @@ fn run(Tonus { json, verb }: Tonus) -> anyhow::Result<()> {
         Verb::Info(args) => args.run(json),
         Verb::Listen(args) => args.run(json),
         Verb::Run(args) => args.run(json),
+        Verb::Recover(args) => args.run(json),
         Verb::Train(args) => args.run(json),
     }
 }
