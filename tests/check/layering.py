@@ -106,8 +106,10 @@ ROOMS = {
         "robot": set(),
         "simulate": {"link", "robot", "demonstration"},
         "session": {"model", "robot"},
+        # Skills ready to be followed.
+        "library": {"demonstration", "model", "session"},
         # The running program as a function of its inputs.
-        "live": {"calibration", "clock", "demonstration", "model", "robot", "session", "store", "transform"},
+        "live": {"calibration", "clock", "demonstration", "library", "model", "robot", "session", "store", "transform"},
         # Devices that give inputs: each a thread of its own.
         "source": {"leap", "link", "live", "robot", "simulate"},
         # Measures a person: levels, co-contraction, joint stiffness; and whether the wearable sits as it did.
@@ -115,13 +117,13 @@ ROOMS = {
         # From the tracker's frame to the robot's.
         "transform": set(),
         # What happened, on disk.
-        "recording": {"atomic", "live", "store", "table"},
+        "recording": {"atomic", "live", "robot"},
         # What is seen, in a browser.
         "page": {"live"},
         "config": {"robot"},
         # All of it joined: threads, files, page.
         "studio": {"calibration", "config", "leap", "link", "live", "page", "recording", "robot", "simulate", "source", "store"},
-        "demo": {"demonstration", "link", "model", "robot", "session", "simulate"},
+        "demo": {"demonstration", "library", "link", "model", "robot", "session", "simulate"},
         # Other methods on the same demonstrations, for comparison: nothing stands on them but the experiments.
         "baseline": {"demonstration", "model", "statistics"},
         "experiment": {"baseline", "demonstration", "link", "model", "robot", "session", "simulate", "statistics",

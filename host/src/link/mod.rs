@@ -1,4 +1,5 @@
 //! How bytes reach the host.
 
+pub mod bridge;
 pub mod serial;
 pub mod simulated;

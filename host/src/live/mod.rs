@@ -2,13 +2,25 @@
 //!
 //! Nothing here opens a device, a file or a socket, and only [`SessionClock`] reads a clock, for those that do.
 
+mod config;
+mod engine;
+mod follow;
 mod input;
+mod latency;
 mod port;
 mod request;
+mod show;
+mod takes;
+mod trace;
 mod view;
+mod wearable;
+
+pub use config::EngineConfig;
+pub use engine::{Engine, EngineError, LearnJob, World};
+pub use follow::{Body, simulated};
 
 pub use input::{Act, HandSeen, Input, LinkEvent, Person, RobotSeen, Timed, TrackerEvent};
-pub use port::{Inputs, Plug, Port, SessionClock};
+pub use port::{Injector, Inputs, Plug, Port, SessionClock};
 pub use request::{Prompt, Request};
 pub use view::{
     CalibrationResult, CalibrationView, ChannelView, ClockView, DemonstrationView, Estimate,

@@ -269,7 +269,7 @@ pub struct DemonstrationView {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LibraryView {
     /// Each skill and how many demonstrations it was learnt from.
-    pub skills: Vec<(String, usize)>,
+    pub skills: Vec<(String, u32)>,
     /// Whether they are being learnt.
     pub learning: bool,
     /// Why that failed, and what to do.

@@ -1,0 +1,30 @@
+//! What an engine is told once.
+
+use nalgebra::Isometry3;
+
+use crate::clock::ClockConfig;
+use crate::robot::limits::{Fallback, Limits};
+use crate::session::SessionConfig;
+
+/// How the engine works. The same configuration and the same inputs give the same run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EngineConfig {
+    /// The wearable's link, as the command line names it.
+    pub link: String,
+    /// The robot, as the command line names it.
+    pub robot: String,
+    /// How the wearable's clock is read.
+    pub clock: ClockConfig,
+    /// Boot id of the frames that this host sends.
+    pub boot_id: u32,
+    /// From the tracker's frame to the shoulder's.
+    pub shoulder: Isometry3<f64>,
+    /// Whether that and the robot's place were taught.
+    pub taught: bool,
+    /// How movements are observed, decided on and commanded.
+    pub session: SessionConfig,
+    /// What the robot must keep to.
+    pub limits: Limits,
+    /// How it waits.
+    pub fallback: Fallback,
+}

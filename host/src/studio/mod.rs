@@ -1,0 +1,6 @@
+//! All of it joined: devices, engine, recording, page and robot.
+
+pub mod real;
+pub mod setup;
+pub mod story;
+pub mod virtually;
