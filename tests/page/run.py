@@ -105,6 +105,7 @@ def the_page_alone(tab, address):
     looked_at(tab, "train")
     story.arm(tab)
     story.recognise(tab, LABELS)
+    tab.picture(PICTURES / "recognised.png")
     looked_at(tab, "follow")
     tab.wait(f"{find('verdict')}.dataset.kind === 'unknown'", "an unknown movement is said to be", 60)
     assert story.state(tab) == "holding"

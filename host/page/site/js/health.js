@@ -18,7 +18,7 @@ export function health(view) {
     ["Latency", latency ? `median ${number(latency.p50_ms)}, 99 % ${number(latency.p99_ms)} ms` : "–", latency && latency.p99_ms > LATE_MS],
     ["Recording", file ? file.problem ?? `${size(file.bytes)} in ${name(file.path)}` : "not to a file", Boolean(file?.problem)],
   ]);
-  at("health").lastElementChild.title = file?.path ?? "";
+  at("health").lastElementChild.title = file?.problem ?? file?.path ?? "";
   announce(link.up ? "The wearable is connected." : "The wearable is not connected.", { topic: "link" });
 }
 
@@ -44,7 +44,7 @@ export function connect(view) {
   const make_row = () => make("li", {}, make("span", { class: "lamp", role: "img" }), make("div", {}, make("b"), make("p"), make("small")));
   const rows = children(at("devices"), 4, make_row);
   const details = [];
-  if (link.mtu !== null) details.push(`MTU ${link.mtu} bytes`);
+  if (link.mtu !== null) details.push(`MTU ${link.mtu}`);
   if (link.interval_ms !== null) details.push(`interval ${number(link.interval_ms, 1)} ms`);
   if (link.battery_mv !== null) details.push(`battery ${number(link.battery_mv / 1000, 2)} V`);
   details.push(...link.warnings);
@@ -53,6 +53,7 @@ export function connect(view) {
   device(rows[1], !tracker.up ? "bad" : tracker.age_ms === null ? "warn" : "good", "Hand tracker", tracker.text,
     tracker.taught ? "shares a frame with the robot" : "shares no frame with the robot yet: three points teach it");
   device(rows[2], robot.joints_m.length > 0 ? "good" : "off", `Robot (${robot.robot || "none"})`, robot.reason, "");
-  device(rows[3], file ? (file.problem ? "bad" : "good") : "off", "Recording", file ? file.problem ?? file.path : "This run is not recorded.", "");
+  device(rows[3], file ? (file.problem ? "bad" : "good") : "off", "Recording", file ? file.problem ?? name(file.path) : "This run is not recorded.", "");
+  rows[3].title = file?.path ?? "";
   say(at("connect-next"), link.up && tracker.up ? "All are there. Next: Calibrate." : "Waiting for what is red; each line says what to do.");
 }

@@ -1,6 +1,7 @@
-// One card for each channel: lamp, muscle, envelope, what is wrong.
+// One card for each channel: lamp, muscle, envelope; and a line of what is wrong.
 
-import { at, attribute, children, flag, make, number, say, sayIfAny } from "./dom.js";
+import { announce } from "./announce.js";
+import { at, attribute, children, make, number, say, sayIfAny } from "./dom.js";
 
 /** Lamps differ by shape and word, not by colour alone. */
 export const LAMPS = {
@@ -23,7 +24,7 @@ function card(index) {
   const node = make("div", { class: "channel", "data-testid": `channel-${index}` },
     make("span", { class: "lamp", role: "img", "data-testid": `lamp-${index}` }),
     make("b", {}, make("i", { class: `swatch c${index}` }), make("span")),
-    make("meter-bar"), make("small"));
+    make("meter-bar"));
   return node;
 }
 
@@ -31,15 +32,16 @@ export function muscles(view) {
   const channels = view.semg?.channels ?? [];
   const cards = children(at("channels"), channels.length, card);
   channels.forEach((channel, i) => {
-    const [light, name, bar, warnings] = cards[i].children;
+    const [light, name, bar] = cards[i].children;
     lamp(light, channel.lamp);
     say(name.lastElementChild, `${i + 1} ${channel.muscle}`);
     bar.set(channel.envelope, `${number(100 * channel.envelope)} %`, { kind: `c${i}` });
-    const said = channel.warnings.join(", ");
-    say(warnings, said);
-    attribute(cards[i], "title", said);
-    flag(cards[i], "warn", channel.warnings.length > 0);
+    attribute(cards[i], "title", channel.warnings.join(", "));
   });
+  const warned = channels.flatMap((channel, i) => (channel.warnings.length ? [`${i + 1} ${channel.warnings.join(", ")}`] : [])).join(" · ");
+  say(at("muscle-warnings"), warned && `▲ ${warned}`);
+  attribute(at("muscle-warnings"), "title", warned);
+  announce(warned ? `Electrodes: ${warned}` : "Electrodes are well.", { topic: "electrodes" });
   const empty = channels.length === 0;
   sayIfAny(at("muscles-empty"), empty ? nothing(view.link) : null);
   say(at("activation"), empty ? "" : `activation ${number(view.semg.activation, 2)} · co-contraction ${number(view.semg.co_contraction, 2)}`);

@@ -77,25 +77,32 @@ function line(index, name, extra = {}) {
   return { label: name, stroke: colour(`--c${index}`), width: 1.5, points: { show: false }, spanGaps: false, ...extra };
 }
 
+/** Charts keep to their room also while no view comes. */
+const rooms = new ResizeObserver((changes) => {
+  for (const { target } of changes) fit(charts.get(target.dataset.testid), target);
+});
+
+function fit(chart, room) {
+  const size = { width: room.clientWidth, height: room.clientHeight };
+  if (!chart || size.width === 0 || (chart.plot.width === size.width && chart.plot.height === size.height)) return;
+  chart.plot.setSize(size);
+}
+
 /** Makes a chart anew where its lines, its room or the theme changed, and gives it data. */
 function draw(id, lines, options, data) {
   const room = at(id);
   const key = JSON.stringify([lines.map((each) => [each.label, each.stroke, each.dash]), document.documentElement.dataset.drawn]);
   const size = { width: room.clientWidth, height: room.clientHeight };
   if (size.width === 0 || size.height < 40) return;
-  let chart = charts.get(id);
-  if (chart?.key !== key) {
-    chart?.plot.destroy();
-    const plot = new uPlot({ ...size, ...options(), cursor: { show: false }, legend: { show: false }, padding: [6, 8, 0, 0], series: [{}, ...lines] }, data, room);
-    chart = { key, plot, size };
-    charts.set(id, chart);
+  const chart = charts.get(id);
+  if (chart?.key === key) {
+    chart.plot.setData(data);
     return;
   }
-  if (chart.size.width !== size.width || chart.size.height !== size.height) {
-    chart.size = size;
-    chart.plot.setSize(size);
-  }
-  chart.plot.setData(data);
+  chart?.plot.destroy();
+  const plot = new uPlot({ ...size, ...options(), cursor: { show: false }, legend: { show: false }, padding: [6, 8, 0, 0], series: [{}, ...lines] }, data, room);
+  charts.set(id, { key, plot });
+  rooms.observe(room);
 }
 
 function seconds(from, to) {

@@ -7,7 +7,7 @@ import { at, colour, number, say } from "./dom.js";
 const BAND = 2;
 const TRAIL_S = 3;
 const FONT = "11px system-ui, sans-serif";
-const camera = { yaw: -2.5, pitch: 0.42 };
+const camera = { yaw: -2.7, pitch: 0.42 };
 const trails = { person: [], robot: [] };
 /** Corners of what each scene must show, metres; grows with what comes. */
 const room = {
@@ -63,8 +63,8 @@ class Scene {
         high[k] = Math.max(high[k], v);
       });
     }
-    this.scale = Math.min((width - 60) / (high[0] - low[0]), (height - 40) / (high[1] - low[1]));
-    this.shift = [width / 2 + 10 - this.scale * (low[0] + high[0]) / 2, height / 2 + this.scale * (low[1] + high[1]) / 2];
+    this.scale = Math.min((width - 48) / (high[0] - low[0]), (height - 40) / (high[1] - low[1]));
+    this.shift = [width / 2 + 12 - this.scale * (low[0] + high[0]) / 2, height / 2 + this.scale * (low[1] + high[1]) / 2];
   }
 
   place(point) {
