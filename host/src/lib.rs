@@ -16,6 +16,7 @@ pub mod report;
 pub mod robot;
 pub mod session;
 pub mod simulate;
+pub mod source;
 mod statistics;
 pub mod store;
 pub mod table;

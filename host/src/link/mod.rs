@@ -1,5 +1,6 @@
 //! How bytes reach the host.
 
+pub mod ble;
 pub mod bridge;
 pub mod serial;
 pub mod simulated;

@@ -1,0 +1,9 @@
+//! Devices that give inputs, each on a thread of its own: their frames and pictures go to the engine with their times,
+//! its requests go to them, and who is lost is looked for again within seconds.
+//!
+//! Every source is a function that returns when its port says that the program ends.
+
+mod backoff;
+pub mod wearable;
+
+pub use backoff::Backoff;
