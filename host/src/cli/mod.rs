@@ -13,6 +13,7 @@ mod info;
 mod listen;
 mod options;
 mod progress;
+mod scan;
 mod train;
 mod unlabelled;
 mod view;
@@ -55,6 +56,7 @@ enum Verb {
     Infer(infer::InferArgs),
     Info(info::InfoArgs),
     Listen(listen::ListenArgs),
+    Scan(scan::ScanArgs),
     Train(train::TrainArgs),
 }
 
@@ -93,6 +95,7 @@ fn run(Tonus { json, demo, verb }: Tonus) -> anyhow::Result<()> {
         Verb::Infer(args) => args.run(json),
         Verb::Info(args) => args.run(json),
         Verb::Listen(args) => args.run(json),
+        Verb::Scan(args) => args.run(json),
         Verb::Train(args) => args.run(json),
     }
 }

@@ -2,5 +2,6 @@
 
 pub mod ble;
 pub mod bridge;
+pub mod myo;
 pub mod serial;
 pub mod simulated;

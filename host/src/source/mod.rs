@@ -4,6 +4,11 @@
 //! Every source is a function that returns when its port says that the program ends.
 
 mod backoff;
+mod choice;
+pub mod hand;
+pub mod myo;
+pub mod serial;
 pub mod wearable;
 
 pub use backoff::Backoff;
+pub use choice::{LinkChoice, NoLink};

@@ -12,11 +12,11 @@ use crate::live::{Input, LinkEvent, Port, Request};
 use super::Backoff;
 
 /// How often to look for requests: they wait at most this long on top of a connection interval.
-const LOOK: Duration = Duration::from_millis(2);
+pub(super) const LOOK: Duration = Duration::from_millis(2);
 /// How often to look whether the link still carries the stream.
 const CHECK: Duration = Duration::from_secs(1);
 /// A wearable sends a hundred frames a second; after so long without any the link is taken for dead.
-const SILENCE: Duration = Duration::from_secs(5);
+pub(super) const SILENCE: Duration = Duration::from_secs(5);
 
 /// Runs the wearable of this name (none: any) by the system's Bluetooth, until the program ends.
 pub fn run(port: &Port, name: Option<String>, ask: &AskPasskey) {
@@ -55,11 +55,25 @@ pub(super) fn system(port: &Port, mut with: impl AsyncFnMut(&mut SystemCentral))
 
 /// Runs a wearable over any Bluetooth, until the program ends.
 pub async fn over<C: Central>(central: &mut C, wanted: &Wanted, ask: &AskPasskey, port: &Port) {
+    again(central, port, async |central, backoff| {
+        let (found, parameters) = open(central, wanted, ask).await?;
+        backoff.worked();
+        up(port, &found, &parameters);
+        serve(central, port).await
+    })
+    .await;
+}
+
+/// Visits again and again, until the program ends; says why each visit ended.
+pub(super) async fn again<C: Central>(
+    central: &mut C,
+    port: &Port,
+    mut visit: impl AsyncFnMut(&mut C, &mut Backoff) -> Result<Infallible, BleError>,
+) {
     let mut backoff = Backoff::new();
     while !port.stopping() {
-        let visit = visit(central, wanted, ask, port, &mut backoff);
         let ended = tokio::select! {
-            Err(error) = visit => Some(error),
+            Err(error) = visit(central, &mut backoff) => Some(error),
             () = stopped(port) => None,
         };
         central.leave().await;
@@ -68,20 +82,6 @@ pub async fn over<C: Central>(central: &mut C, wanted: &Wanted, ask: &AskPasskey
             pause(port, backoff.failed()).await;
         }
     }
-}
-
-/// From the search to the end of the link.
-async fn visit<C: Central>(
-    central: &mut C,
-    wanted: &Wanted,
-    ask: &AskPasskey,
-    port: &Port,
-    backoff: &mut Backoff,
-) -> Result<Infallible, BleError> {
-    let (found, parameters) = open(central, wanted, ask).await?;
-    backoff.worked();
-    up(port, &found, &parameters);
-    serve(central, port).await
 }
 
 async fn serve<C: Central>(central: &mut C, port: &Port) -> Result<Infallible, BleError> {

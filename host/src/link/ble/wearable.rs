@@ -124,7 +124,13 @@ async fn enter<C: Central>(
     central.connect(found).await?;
     // Before anybody is asked for digits.
     let parameters = settled(central).await?;
-    central.pair(ask).await?;
+    // A wearable that is not in its pairing window, or has forgotten its key, hangs up on a stranger.
+    central.pair(ask).await.map_err(|error| match error {
+        BleError::LinkLost => BleError::PairingRefused {
+            reason: "it ended the link".to_owned(),
+        },
+        error => error,
+    })?;
     for characteristic in NOTIFYING {
         central.subscribe(characteristic).await?;
     }
