@@ -1,9 +1,5 @@
 """Scenarios: the host's own logic (crate tonus), as `tonus run` has it, against the wearable's own code."""
 
-import asyncio
-
-from bumble import att, hci
-
 import streams
 from streams import HURRIED_HZ
 
@@ -68,10 +64,12 @@ async def host_refuses_a_small_mtu(air):
 
 
 async def host_refuses_a_long_interval(air):
-    """A radio that does not grant 20 ms is refused, with what it grants."""
-    wearable = await air.wearable(longest_interval=True)
-    central = await air.session("wearable")
-    await central.says(r"down the connection interval is 48.75 ms, the stream needs 20 ms or less: ")
+    """A host that keeps to a longer interval than the wearable asks for is refused the stream by itself, with its interval."""
+    wearable = await air.wearable()
+    wearable.oddities["interval"] = "not granted"
+    await wearable.press()
+    central = await air.session("wearable", "--interval-ms", "50")
+    await central.says(r"down the connection interval is 50 ms, the stream needs 20 ms or less: ")
     assert not central.said("passkey|up|stream"), central.lines
 
 
@@ -101,4 +99,4 @@ async def host_at_a_closed_window(air):
     assert not central.said("up|stream"), central.lines
 
 
-SCENARIOS = [host_session, host_refuses_a_small_mtu, host_types_a_wrong_passkey, host_at_a_closed_window]
+SCENARIOS = [host_session, host_refuses_a_small_mtu, host_refuses_a_long_interval, host_types_a_wrong_passkey, host_at_a_closed_window]

@@ -20,7 +20,7 @@ pub fn run(port: &Port, boot_id: u32) {
     });
 }
 
-/// Runs an armband over any Bluetooth, until the program ends. Its calibration outlasts the link.
+/// Runs an armband over any Bluetooth, until the program ends or this Bluetooth fails. Its calibration outlasts the link.
 pub async fn over<C: Central>(central: &mut C, armband: &mut Armband, port: &Port) {
     let wanted = Wanted {
         kind: "Myo armband",
@@ -38,7 +38,9 @@ pub async fn over<C: Central>(central: &mut C, armband: &mut Armband, port: &Por
             central.write(myo::COMMAND, command, true).await?;
         }
         backoff.worked();
-        up(port, &found, &central.parameters().await?);
+        // Its packets fit any attribute, and the host makes the frames.
+        let interval_us = central.parameters().await?.interval_us;
+        up(port, found.title(), None, interval_us);
         serve(central, armband, port).await
     })
     .await;

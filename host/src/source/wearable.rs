@@ -4,9 +4,7 @@ use std::convert::Infallible;
 use std::time::{Duration, Instant};
 
 use crate::link::ble::platform::SystemCentral;
-use crate::link::ble::{
-    AskPasskey, BleError, Central, Found, NOTIFYING, Parameters, Wanted, check, open, place,
-};
+use crate::link::ble::{AskPasskey, BleError, Central, NOTIFYING, Wanted, check, open, place};
 use crate::live::{Input, LinkEvent, Port, Request};
 
 use super::Backoff;
@@ -53,18 +51,24 @@ pub(super) fn system(port: &Port, mut with: impl AsyncFnMut(&mut SystemCentral))
     runtime.shutdown_background();
 }
 
-/// Runs a wearable over any Bluetooth, until the program ends.
+/// Runs a wearable over any Bluetooth, until the program ends or this Bluetooth fails.
 pub async fn over<C: Central>(central: &mut C, wanted: &Wanted, ask: &AskPasskey, port: &Port) {
     again(central, port, async |central, backoff| {
         let (found, parameters) = open(central, wanted, ask).await?;
         backoff.worked();
-        up(port, &found, &parameters);
+        up(
+            port,
+            found.title(),
+            Some(parameters.mtu),
+            parameters.interval_us,
+        );
         serve(central, port).await
     })
     .await;
 }
 
-/// Visits again and again, until the program ends; says why each visit ended.
+/// Visits again and again, and says why each visit ended; until the program ends, or the system's Bluetooth fails, which
+/// must be asked for anew then.
 pub(super) async fn again<C: Central>(
     central: &mut C,
     port: &Port,
@@ -80,6 +84,9 @@ pub(super) async fn again<C: Central>(
         if let Some(error) = ended {
             down(port, error.to_string());
             pause(port, backoff.failed()).await;
+            if matches!(error, BleError::System { .. }) {
+                return;
+            }
         }
     }
 }
@@ -132,12 +139,12 @@ async fn send<C: Central>(central: &mut C, bytes: &[u8]) -> Result<(), BleError>
 }
 
 /// Tells that the link is up. What was asked while it was down is forgotten: it was meant for then.
-pub(super) fn up(port: &Port, found: &Found, parameters: &Parameters) {
+pub(super) fn up(port: &Port, name: String, mtu: Option<u16>, interval_us: Option<u32>) {
     while port.request(Duration::ZERO).is_some() {}
     port.input(Input::Link(LinkEvent::Up {
-        name: found.title(),
-        mtu: Some(parameters.mtu),
-        interval_us: parameters.interval_us,
+        name,
+        mtu,
+        interval_us,
     }));
 }
 

@@ -103,6 +103,7 @@ fn note(mut data: &[u8], found: &mut Found) {
 pub(crate) async fn drive(
     stack: &Stack<'_, Radio, Pool>,
     heard: &Heard,
+    interval: Duration,
     mut commands: Commands,
 ) -> Result<(), Failure> {
     while let Some(command) = commands.recv().await {
@@ -116,7 +117,7 @@ pub(crate) async fn drive(
                 session.stop().await;
                 let _asker_gone = to.send(heard.0.borrow().clone());
             }
-            Command::Connect(address, to) => match connect(stack, address).await {
+            Command::Connect(address, to) => match connect(stack, address, interval).await {
                 Err(error) => _ = to.send(Err(format!("{error}"))),
                 Ok(link) => {
                     let ended = stay(stack, &link, to, &mut commands).await;
@@ -140,6 +141,7 @@ pub(crate) async fn drive(
 async fn connect<'stack>(
     stack: &'stack Stack<'_, Radio, Pool>,
     address: Address,
+    interval: Duration,
 ) -> Result<Connection<'stack, Pool>, Failure> {
     let mut central = stack.central();
     let config = ConnectConfig {
@@ -148,8 +150,8 @@ async fn connect<'stack>(
             ..ScanConfig::default()
         },
         connect_params: RequestedConnParams {
-            min_connection_interval: INTERVAL,
-            max_connection_interval: INTERVAL,
+            min_connection_interval: interval,
+            max_connection_interval: interval,
             ..RequestedConnParams::default()
         },
     };
@@ -205,6 +207,12 @@ impl Pairing {
     ) -> Result<(), Failure> {
         loop {
             match link.next().await {
+                // A host that has chosen a longer interval keeps to it.
+                ConnectionEvent::RequestConnectionParams(request)
+                    if link.params().conn_interval > INTERVAL =>
+                {
+                    request.reject(stack).await?;
+                }
                 ConnectionEvent::RequestConnectionParams(request) => {
                     request.accept(None, stack).await?;
                 }
@@ -355,9 +363,12 @@ fn judged<E: Debug>(
     doing: &'static str,
     outcome: Result<(), BleHostError<E>>,
 ) -> Result<(), BleError> {
-    outcome.map_err(|error| BleError::System {
-        doing,
-        reason: format!("{error:?}"),
+    outcome.map_err(|error| match error {
+        BleHostError::BleHost(Error::Disconnected) => BleError::LinkLost,
+        error => BleError::System {
+            doing,
+            reason: format!("{error:?}"),
+        },
     })
 }
 

@@ -9,7 +9,7 @@
 //! whether that is right is judged by whoever started it.
 //!
 //! ```text
-//! tonus-air-central 127.0.0.1:PORT --session wearable [--packets 300]
+//! tonus-air-central 127.0.0.1:PORT --session wearable|myo [--packets 300] [--interval-ms 15]
 //! ```
 //!
 //! The same radio under the host's own logic, as `tonus run` has it: it looks for a wearable, pairs, streams, and
@@ -66,7 +66,7 @@ type Radio = ExternalController<
 #[derive(Debug, thiserror::Error)]
 enum Failure {
     #[error(
-        "usage: tonus-air-central 127.0.0.1:PORT (--wearable ADDRESS --bond FILE | --session wearable|myo) [--packets N]: {0}"
+        "usage: tonus-air-central 127.0.0.1:PORT (--wearable ADDRESS --bond FILE | --session wearable|myo [--interval-ms N]) [--packets N]: {0}"
     )]
     Usage(String),
     #[error("no virtual controller, console or file: {0}")]
@@ -127,7 +127,7 @@ async fn run(options: Options) -> Result<(), Failure> {
         .build();
     match &options.task {
         Task::Visit(wearable, bond) => visit_once(&stack, &options, *wearable, bond).await,
-        Task::Session(which) => serve(&stack, *which, options.packets).await,
+        Task::Session(which) => serve(&stack, *which, &options).await,
     }
 }
 
@@ -177,18 +177,18 @@ async fn visit_once(
 async fn serve(
     stack: &Stack<'_, Radio, Pool>,
     which: Session,
-    packets: u64,
+    options: &Options,
 ) -> Result<(), Failure> {
     let (central, commands) = AirCentral::new();
     let heard = Heard::default();
     let mut runner = stack.runner();
     let session = async {
         match which {
-            Session::Wearable => session::wearable(central, packets).await,
+            Session::Wearable => session::wearable(central, options.packets).await,
             Session::Myo => session::myo(central).await,
         }
     };
-    let driving = driver::drive(stack, &heard, commands);
+    let driving = driver::drive(stack, &heard, options.interval, commands);
     match select3(runner.run_with_handler(&heard), driving, session).await {
         Either3::First(ended) => Ok(ended?),
         Either3::Second(ended) | Either3::Third(ended) => ended,

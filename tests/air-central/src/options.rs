@@ -2,9 +2,10 @@
 
 use std::{net::SocketAddr, path::PathBuf};
 
+use embassy_time::Duration;
 use trouble_host::Address;
 
-use crate::Failure;
+use crate::{Failure, INTERVAL};
 
 const PACKETS: u64 = 300;
 
@@ -14,6 +15,8 @@ pub(crate) struct Options {
     pub(crate) task: Task,
     /// Stream packets to count.
     pub(crate) packets: u64,
+    /// Connection interval of a session.
+    pub(crate) interval: Duration,
 }
 
 pub(crate) enum Task {
@@ -35,7 +38,8 @@ pub(crate) fn options(mut words: impl Iterator<Item = String>) -> Result<Options
     let controller = controller
         .parse()
         .map_err(|_| Failure::Usage(format!("{controller} is no address with port")))?;
-    let (mut wearable, mut bond, mut session, mut packets) = (None, None, None, PACKETS);
+    let (mut wearable, mut bond, mut session) = (None, None, None);
+    let (mut packets, mut interval) = (PACKETS, INTERVAL);
     while let Some(word) = words.next() {
         let value = words.next().ok_or_else(|| missing(&word))?;
         let wrong = || Failure::Usage(format!("{value} is no {word}"));
@@ -45,6 +49,9 @@ pub(crate) fn options(mut words: impl Iterator<Item = String>) -> Result<Options
             "--session" if value == "wearable" => session = Some(Session::Wearable),
             "--session" if value == "myo" => session = Some(Session::Myo),
             "--packets" => packets = value.parse().map_err(|_| wrong())?,
+            "--interval-ms" => {
+                interval = Duration::from_millis(value.parse().map_err(|_| wrong())?)
+            }
             other => return Err(Failure::Usage(format!("{other} {value} is unknown"))),
         }
     }
@@ -59,6 +66,7 @@ pub(crate) fn options(mut words: impl Iterator<Item = String>) -> Result<Options
         controller,
         task,
         packets,
+        interval,
     })
 }
 

@@ -31,7 +31,11 @@ pub(crate) async fn wearable(mut central: AirCentral, packets: u64) -> Result<()
             .ok()
     });
     let wanted = Wanted::wearable(None);
-    let running = source::wearable::over(&mut central, &wanted, &ask, &port);
+    let running = async {
+        while !port.stopping() {
+            source::wearable::over(&mut central, &wanted, &ask, &port).await;
+        }
+    };
     tokio::select! {
         () = running => Ok(()),
         ended = watch(&inputs, &plug, packets) => ended,
@@ -91,7 +95,11 @@ pub(crate) async fn myo(mut central: AirCentral) -> Result<(), Failure> {
     let inputs = Inputs::new(SessionClock::start());
     let (port, plug) = inputs.port();
     let mut armband = Armband::new(1)?;
-    let running = source::myo::over(&mut central, &mut armband, &port);
+    let running = async {
+        while !port.stopping() {
+            source::myo::over(&mut central, &mut armband, &port).await;
+        }
+    };
     tokio::select! {
         () = running => Ok(()),
         ended = scans(&inputs, &plug) => ended,
