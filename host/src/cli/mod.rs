@@ -13,8 +13,9 @@ mod info;
 mod listen;
 mod options;
 mod progress;
-mod run;
 mod recover;
+mod run;
+mod scan;
 mod train;
 mod unlabelled;
 mod view;
@@ -55,8 +56,9 @@ enum Verb {
     Infer(infer::InferArgs),
     Info(info::InfoArgs),
     Listen(listen::ListenArgs),
-    Run(run::RunArgs),
     Recover(recover::RecoverArgs),
+    Run(run::RunArgs),
+    Scan(scan::ScanArgs),
     Train(train::TrainArgs),
 }
 
@@ -90,8 +92,9 @@ fn run(Tonus { json, verb }: Tonus) -> anyhow::Result<()> {
         Verb::Infer(args) => args.run(json),
         Verb::Info(args) => args.run(json),
         Verb::Listen(args) => args.run(json),
-        Verb::Run(args) => args.run(json),
         Verb::Recover(args) => args.run(json),
+        Verb::Run(args) => args.run(json),
+        Verb::Scan(args) => args.run(json),
         Verb::Train(args) => args.run(json),
     }
 }

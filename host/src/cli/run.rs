@@ -135,6 +135,7 @@ impl RunArgs {
             page: !self.no_page,
             seed: self.seed,
             pace: self.pace,
+            ask_passkey: Arc::new(ask_passkey),
             stop,
         };
         if let Some(file) = file.filter(|_| !json) {
@@ -162,6 +163,17 @@ impl RunArgs {
         learning.finish();
         Ok(Some(Arc::new(library)))
     }
+}
+
+/// Asks at the terminal for the six digits that a wearable shows.
+fn ask_passkey(name: &str) -> Option<u32> {
+    if !stdin().is_terminal() {
+        return None;
+    }
+    say(&format!("the passkey that {name} shows: ")).ok()?;
+    let mut line = String::new();
+    stdin().read_line(&mut line).ok()?;
+    line.trim().parse().ok().filter(|digits| *digits <= 999_999)
 }
 
 /// A file of its own for each run, named by the second.

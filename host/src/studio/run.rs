@@ -13,7 +13,8 @@ use crate::library::Library;
 use crate::live::{Act, Engine, EngineError, Input, Inputs, Port, SessionClock, View};
 use crate::page::{Page, PageError};
 use crate::recording::{Finished, Opening, ReadError, RecordError, Recorder};
-use crate::source::{LinkChoice, replay, simulated};
+use crate::link::ble::AskPasskey;
+use crate::source::{LinkChoice, hand, myo, replay, serial, simulated, wearable};
 
 /// What is to run.
 pub struct Plan {
@@ -37,6 +38,8 @@ pub struct Plan {
     pub seed: u64,
     /// A recording in the wearable's place runs so many times as fast as it was.
     pub pace: f64,
+    /// Asks whoever sits there for the passkey that a wearable shows.
+    pub ask_passkey: AskPasskey,
     /// Set from outside to end it.
     pub stop: Arc<AtomicBool>,
 }
@@ -109,11 +112,18 @@ pub fn run(
     if let Some(page) = &page {
         served(page.url());
     }
-    let (port, wearable) = inputs.port();
-    let sources = vec![start(&plan, port)?];
+    let (port, plug) = inputs.port();
+    let mut sources = vec![start(&plan, port)?];
+    let mut plugs = Vec::new();
+    if has_tracker(&plan.link) {
+        let (port, plug) = inputs.port();
+        let told = setup::tracker(&plan.config)?;
+        sources.push(thread("hand tracker", move || hand::run(&port, told))?);
+        plugs.push(plug);
+    }
     let mut world = Real::new(Parts {
         inputs,
-        wearable,
+        wearable: plug,
         page,
         recorder,
         story: plan.story.then(Story::default),
@@ -129,6 +139,9 @@ pub fn run(
     });
     let outcome = engine.run(&mut world);
     let Left { story, file } = world.finish();
+    for plug in &plugs {
+        plug.stop();
+    }
     for source in sources {
         // A source that panicked has nothing more to give; the run is over anyhow.
         let _ended = source.join();
@@ -151,6 +164,11 @@ fn opening(plan: &Plan) -> Opening {
     }
 }
 
+/// Whether hands come from a tracker of their own.
+fn has_tracker(link: &LinkChoice) -> bool {
+    !matches!(link, LinkChoice::Simulated | LinkChoice::Replay(_))
+}
+
 /// Starts the wearable's source.
 fn start(plan: &Plan, port: Port) -> Result<JoinHandle<()>, RunError> {
     match &plan.link {
@@ -165,7 +183,19 @@ fn start(plan: &Plan, port: Port) -> Result<JoinHandle<()>, RunError> {
             let (reading, pace) = (replay::open(Path::new(file))?, plan.pace);
             thread("recording", move || replay::run(reading, pace, &port))
         }
-        _ => todo!(),
+        LinkChoice::Ble(name) => {
+            let (name, ask) = (name.clone(), plan.ask_passkey.clone());
+            thread("wearable", move || wearable::run(&port, name, &ask))
+        }
+        LinkChoice::Serial(name) => {
+            let name = name.clone();
+            thread("wearable", move || serial::run(&port, &name))
+        }
+        LinkChoice::Myo => {
+            let boot_id = setup::random_boot_id();
+            thread("armband", move || myo::run(&port, boot_id))
+        }
+        LinkChoice::Lsl(_) => Err(RunError::Setup(SetupError::Lsl)),
     }
 }
 

@@ -2,10 +2,13 @@
 
 use std::net::SocketAddr;
 
+use rand::TryRng;
+use rand::rngs::SysRng;
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
 use crate::clock::ClockConfig;
 use crate::config::Config;
+use crate::leap::{self, ServiceError, Side, Wanted};
 use crate::live::{Body, EngineConfig, simulated};
 use crate::robot::simulated::MassError;
 use crate::session::SessionConfig;
@@ -25,6 +28,12 @@ pub enum SetupError {
         /// What was given.
         got: String,
     },
+    /// The address of the Leap service.
+    #[error("[tracker] leap: {0}")]
+    Leap(#[from] ServiceError),
+    /// Streams of the Lab Streaming Layer are not taken yet.
+    #[error("lsl is not built into this program yet: give another link")]
+    Lsl,
     /// The simulated robot.
     #[error(transparent)]
     Simulated(#[from] MassError),
@@ -95,6 +104,35 @@ pub fn engine(config: &Config, link: &LinkChoice) -> Result<EngineConfig, SetupE
         limits,
         fallback,
     })
+}
+
+/// How the Leap service is followed.
+///
+/// # Errors
+/// [`SetupError::Leap`].
+pub fn tracker(config: &Config) -> Result<leap::Config, SetupError> {
+    Ok(leap::Config {
+        service: config.tracker.leap.parse()?,
+        wanted: match config.tracker.hand.as_str() {
+            "left" => Wanted::Only(Side::Left),
+            "right" => Wanted::Only(Side::Right),
+            _ => Wanted::Either,
+        },
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "checked: 0 to 1000 ms"
+        )]
+        transport_us: (config.tracker.transport_ms * 1e3) as u32,
+        backoff: leap::Backoff::default(),
+    })
+}
+
+/// Boot id of a wearable that this program makes.
+#[must_use]
+pub fn random_boot_id() -> u32 {
+    // Any 32 bits will do; a system that gives none still gives a time.
+    SysRng.try_next_u32().unwrap_or_else(|_| std::process::id())
 }
 
 /// From the tracker's frame to the shoulder's.
