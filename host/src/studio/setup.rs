@@ -2,9 +2,9 @@
 
 use std::net::SocketAddr;
 
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use rand::TryRng;
 use rand::rngs::SysRng;
-use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
 use crate::clock::ClockConfig;
 use crate::config::Config;
@@ -100,6 +100,7 @@ pub fn engine(config: &Config, link: &LinkChoice) -> Result<EngineConfig, SetupE
         taught: *link == LinkChoice::Simulated
             || config.tracker != crate::config::Tracker::default(),
         raw: config.wearable.raw,
+        false_alarm_rate: config.recognition.false_alarm_rate,
         session: session(config),
         limits,
         fallback,
