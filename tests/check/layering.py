@@ -120,6 +120,8 @@ ROOMS = {
         "transform": set(),
         # What happened, on disk.
         "recording": {"atomic", "live", "robot"},
+        # The wearable's stream for other programs.
+        "broadcast": {"clock", "live"},
         # Recordings for other programs.
         "export": {"atomic", "clock", "live", "recording", "robot"},
         # What is seen, in a browser.
