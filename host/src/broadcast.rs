@@ -1,5 +1,9 @@
 //! What the wearable measures, for other programs: a stream of the lab streaming layer.
 
+mod speaker;
+
+pub use speaker::{Speaker, SpeakerError};
+
 use tonus_native::lsl::{ChannelDescription, Description, Lsl, LslError, Outlet};
 use tonus_shared::wire::{Configuration, Muscle, Packet, SequenceTracker, Stream, decode};
 

@@ -4,6 +4,7 @@
 pub mod atomic;
 pub mod baseline;
 pub mod broadcast;
+pub mod calibration;
 pub mod clock;
 pub mod config;
 pub mod demo;

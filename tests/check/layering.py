@@ -30,7 +30,8 @@ PACKAGES = {
     "tonus-native": set(),
     "tonus-tests": {"tonus", "tonus-native", "tonus-shared"},
     "tonus-air": {"tonus-firmware", "tonus-shared"},
-    "tonus-air-central": {"tonus-shared"},
+    # The host's own logic, over another Bluetooth stack.
+    "tonus-air-central": {"tonus", "tonus-shared"},
     "tonus-on-target": {"tonus-shared"},
     # Under GPL-2.0, as the emulator that it links: nothing may stand on it.
     "tonus-emulated": {"tonus-firmware", "tonus-shared"},
@@ -113,9 +114,9 @@ ROOMS = {
         # The running program as a function of its inputs.
         "live": {"calibration", "clock", "demonstration", "library", "model", "robot", "session", "store", "transform"},
         # Devices that give inputs: each a thread of its own.
-        "source": {"leap", "link", "live", "robot", "simulate"},
+        "source": {"leap", "link", "live", "recording", "robot", "simulate"},
         # Measures a person: levels, co-contraction, joint stiffness; and whether the wearable sits as it did.
-        "calibration": set(),
+        "calibration": {"statistics"},
         # From the tracker's frame to the robot's.
         "transform": set(),
         # What happened, on disk.
@@ -123,12 +124,13 @@ ROOMS = {
         # The wearable's stream for other programs.
         "broadcast": {"clock", "live"},
         # Recordings for other programs.
-        "export": {"atomic", "clock", "live", "recording", "robot"},
+        "export": {"atomic", "clock", "demonstration", "library", "live", "recording", "robot", "session"},
         # What is seen, in a browser.
         "page": {"live"},
         "config": {"robot"},
         # All of it joined: threads, files, page.
-        "studio": {"calibration", "config", "leap", "link", "live", "page", "recording", "robot", "simulate", "source", "store"},
+        "studio": {"broadcast", "calibration", "clock", "config", "leap", "library", "link", "live", "page", "recording", "robot", "session",
+                   "simulate", "source", "store"},
         "demo": {"demonstration", "library", "link", "model", "robot", "session", "simulate"},
         # Other methods on the same demonstrations, for comparison: nothing stands on them but the experiments.
         "baseline": {"demonstration", "model", "statistics"},
