@@ -3,6 +3,7 @@
 
 pub mod atomic;
 pub mod baseline;
+pub mod broadcast;
 pub mod calibration;
 pub mod clock;
 pub mod config;

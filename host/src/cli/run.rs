@@ -60,6 +60,9 @@ pub(crate) struct RunArgs {
     /// Serve no page.
     #[arg(long)]
     no_page: bool,
+    /// Send envelopes and stiffness to other programs as a stream of the lab streaming layer (needs liblsl).
+    #[arg(long)]
+    lsl: bool,
     /// Open no browser.
     #[arg(long)]
     no_browser: bool,
@@ -90,6 +93,7 @@ impl RunArgs {
             no_record: true,
             port: None,
             no_page: false,
+            lsl: false,
             no_browser: false,
             story: true,
             seconds: None,
@@ -140,6 +144,7 @@ impl RunArgs {
             seconds: self.seconds,
             record,
             page: !self.no_page,
+            lsl: self.lsl,
             seed: self.seed,
             pace: self.pace,
             ask_passkey: Arc::new(ask_passkey),
