@@ -324,8 +324,20 @@ impl Config {
         let delay = "0 to 1000 ms";
         let told = self.recognition.clone();
         for (key, value, expected, low, high) in [
-            ("wearable.transport_ms", self.wearable.transport_ms, delay, 0.0, 1e3),
-            ("tracker.transport_ms", self.tracker.transport_ms, delay, 0.0, 1e3),
+            (
+                "wearable.transport_ms",
+                self.wearable.transport_ms,
+                delay,
+                0.0,
+                1e3,
+            ),
+            (
+                "tracker.transport_ms",
+                self.tracker.transport_ms,
+                delay,
+                0.0,
+                1e3,
+            ),
             (
                 "recognition.position_sigma_mm",
                 told.position_sigma_mm,
@@ -333,10 +345,34 @@ impl Config {
                 0.01,
                 100.0,
             ),
-            ("recognition.stiffness_sigma", told.stiffness_sigma, "0.001 to 1", 1e-3, 1.0),
-            ("recognition.decide_at", told.decide_at, "0.5 to 1", 0.5, 1.0),
-            ("recognition.act_within_mm", told.act_within_mm, "1 to 1000 mm", 1.0, 1e3),
-            ("robot.damping_ratio", self.robot.damping_ratio, "0.5 to 1.5", 0.5, 1.5),
+            (
+                "recognition.stiffness_sigma",
+                told.stiffness_sigma,
+                "0.001 to 1",
+                1e-3,
+                1.0,
+            ),
+            (
+                "recognition.decide_at",
+                told.decide_at,
+                "0.5 to 1",
+                0.5,
+                1.0,
+            ),
+            (
+                "recognition.act_within_mm",
+                told.act_within_mm,
+                "1 to 1000 mm",
+                1.0,
+                1e3,
+            ),
+            (
+                "robot.damping_ratio",
+                self.robot.damping_ratio,
+                "0.5 to 1.5",
+                0.5,
+                1.5,
+            ),
         ] {
             range(key, value, expected, within(value, low, high))?;
         }
@@ -344,9 +380,19 @@ impl Config {
             let fine = within(metres, -10.0, 10.0);
             range("tracker.shoulder_m", metres, "metres within 10", fine)?;
         }
-        let norm = self.tracker.shoulder_xyzw.iter().map(|x| x * x).sum::<f64>();
+        let norm = self
+            .tracker
+            .shoulder_xyzw
+            .iter()
+            .map(|x| x * x)
+            .sum::<f64>();
         let fine = within(norm, 0.99, 1.01);
-        range("tracker.shoulder_xyzw, its norm,", norm.sqrt(), "a unit quaternion", fine)?;
+        range(
+            "tracker.shoulder_xyzw, its norm,",
+            norm.sqrt(),
+            "a unit quaternion",
+            fine,
+        )?;
         if !["right", "left", "either"].contains(&self.tracker.hand.as_str()) {
             return Err(ConfigError::Value {
                 file: file.to_owned(),
@@ -391,17 +437,38 @@ mod tests {
     #[test]
     fn errors_name_file_line_and_key() {
         let unknown = refused("[robot]\nspeed = 3");
-        assert!(unknown.starts_with("x.toml: ") && unknown.contains("line 2"), "{unknown}");
-        assert!(unknown.contains("`speed`") && unknown.contains("speed_m_per_s"), "{unknown}");
+        assert!(
+            unknown.starts_with("x.toml: ") && unknown.contains("line 2"),
+            "{unknown}"
+        );
+        assert!(
+            unknown.contains("`speed`") && unknown.contains("speed_m_per_s"),
+            "{unknown}"
+        );
         let typed = refused("[page]\nport = \"high\"");
         assert!(typed.contains("line 2") && typed.contains("u16"), "{typed}");
         for (text, parts) in [
-            ("[recognition]\ndecide_at = 1.5", ["recognition.decide_at is 1.5", "0.5 to 1"]),
-            ("[wearable]\ntransport_ms = nan", ["wearable.transport_ms is NaN", "0 to 1000"]),
-            ("[tracker]\nhand = \"third\"", ["tracker.hand is \"third\"", "\"either\""]),
-            ("[tracker]\nshoulder_xyzw = [0, 0, 0, 0]", ["shoulder_xyzw", "unit quaternion"]),
+            (
+                "[recognition]\ndecide_at = 1.5",
+                ["recognition.decide_at is 1.5", "0.5 to 1"],
+            ),
+            (
+                "[wearable]\ntransport_ms = nan",
+                ["wearable.transport_ms is NaN", "0 to 1000"],
+            ),
+            (
+                "[tracker]\nhand = \"third\"",
+                ["tracker.hand is \"third\"", "\"either\""],
+            ),
+            (
+                "[tracker]\nshoulder_xyzw = [0, 0, 0, 0]",
+                ["shoulder_xyzw", "unit quaternion"],
+            ),
             ("[robot]\nspeed_m_per_s = -1.0", ["[robot]", "speed"]),
-            ("[robot]\nhome_m = [5, 0, 0]", ["[robot]", "outside the limits"]),
+            (
+                "[robot]\nhome_m = [5, 0, 0]",
+                ["[robot]", "outside the limits"],
+            ),
         ] {
             let refusal = refused(text);
             assert!(parts.iter().all(|part| refusal.contains(part)), "{refusal}");
