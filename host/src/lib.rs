@@ -3,12 +3,14 @@
 
 pub mod atomic;
 pub mod baseline;
+pub mod calibration;
 pub mod clock;
 pub mod config;
 pub mod demo;
 pub mod demonstration;
 pub mod envelope;
 pub mod experiment;
+pub mod export;
 pub mod leap;
 pub mod library;
 pub mod link;

@@ -25,10 +25,13 @@ PACKAGES = {
     "tonus-firmware": {"tonus-shared"},
     # A tool for the host; it knows the flash's layout.
     "tonus-uf2": {"tonus-firmware"},
-    "tonus": {"tonus-shared"},
-    "tonus-tests": {"tonus", "tonus-shared"},
+    "tonus": {"tonus-native", "tonus-shared"},
+    # The only place on the host where unsafe code stands; it knows nothing of Tonus.
+    "tonus-native": set(),
+    "tonus-tests": {"tonus", "tonus-native", "tonus-shared"},
     "tonus-air": {"tonus-firmware", "tonus-shared"},
-    "tonus-air-central": {"tonus-shared"},
+    # The host's own logic, over another Bluetooth stack.
+    "tonus-air-central": {"tonus", "tonus-shared"},
     "tonus-on-target": {"tonus-shared"},
     # Under GPL-2.0, as the emulator that it links: nothing may stand on it.
     "tonus-emulated": {"tonus-firmware", "tonus-shared"},
@@ -113,11 +116,13 @@ ROOMS = {
         # Devices that give inputs: each a thread of its own.
         "source": {"leap", "link", "live", "robot", "simulate"},
         # Measures a person: levels, co-contraction, joint stiffness; and whether the wearable sits as it did.
-        "calibration": set(),
+        "calibration": {"statistics"},
         # From the tracker's frame to the robot's.
         "transform": set(),
         # What happened, on disk.
         "recording": {"atomic", "live", "robot"},
+        # Recordings for other programs.
+        "export": {"atomic", "clock", "live", "recording", "robot"},
         # What is seen, in a browser.
         "page": {"live"},
         "config": {"robot"},
@@ -258,7 +263,7 @@ def resolve(path, module, crate):
 
 
 def check_packages(root):
-    for manifest in sorted([*root.glob("*/Cargo.toml"), *root.glob("firmware/*/Cargo.toml"), *root.glob("tests/*/Cargo.toml")]):
+    for manifest in sorted([*root.glob("*/Cargo.toml"), *root.glob("host/*/Cargo.toml"), *root.glob("firmware/*/Cargo.toml"), *root.glob("tests/*/Cargo.toml")]):
         document = tomllib.loads(manifest.read_text())
         name = document["package"]["name"]
         where = f"{manifest.relative_to(root)}:1"

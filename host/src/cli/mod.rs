@@ -13,6 +13,9 @@ mod info;
 mod listen;
 mod options;
 mod progress;
+mod recover;
+mod run;
+mod scan;
 mod train;
 mod unlabelled;
 mod view;
@@ -21,25 +24,23 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use clap::{Parser, Subcommand};
 use tonus_shared::semg::design::DesignError;
 
 /// Recognise what a person does and how firmly, and let a robot follow as an impedance.
 ///
-/// Without a verb: the whole chain on a simulated wearer (`tonus demo`).
+/// Without a verb: the whole story on simulated devices, in the browser (`tonus run --link sim --story`).
 #[derive(Parser)]
 #[command(
     name = "tonus",
     version,
-    after_help = "Example:\n  tonus demo --headless --seed 7 --json"
+    after_help = "Examples:\n  tonus\n  tonus demo --headless --seed 7 --json"
 )]
 struct Tonus {
     /// Print one JSON document instead of text.
     #[arg(long, global = true)]
     json: bool,
-    #[command(flatten)]
-    demo: demo::DemoArgs,
     #[command(subcommand)]
     verb: Option<Verb>,
 }
@@ -55,6 +56,9 @@ enum Verb {
     Infer(infer::InferArgs),
     Info(info::InfoArgs),
     Listen(listen::ListenArgs),
+    Recover(recover::RecoverArgs),
+    Run(run::RunArgs),
+    Scan(scan::ScanArgs),
     Train(train::TrainArgs),
 }
 
@@ -74,15 +78,10 @@ pub(crate) fn main() -> ExitCode {
     }
 }
 
-fn run(Tonus { json, demo, verb }: Tonus) -> anyhow::Result<()> {
+fn run(Tonus { json, verb }: Tonus) -> anyhow::Result<()> {
     let Some(verb) = verb else {
-        return demo.run(json);
+        return run::RunArgs::first().run(json);
     };
-    if demo != demo::DemoArgs::default() {
-        bail!(UsageError(
-            "options of demo stand behind it, or alone without a verb"
-        ));
-    }
     match verb {
         Verb::Demo(args) => args.run(json),
         Verb::Envelope(args) => args.run(json),
@@ -93,6 +92,9 @@ fn run(Tonus { json, demo, verb }: Tonus) -> anyhow::Result<()> {
         Verb::Infer(args) => args.run(json),
         Verb::Info(args) => args.run(json),
         Verb::Listen(args) => args.run(json),
+        Verb::Recover(args) => args.run(json),
+        Verb::Run(args) => args.run(json),
+        Verb::Scan(args) => args.run(json),
         Verb::Train(args) => args.run(json),
     }
 }

@@ -1,5 +1,7 @@
 //! How bytes reach the host.
 
+pub mod ble;
 pub mod bridge;
+pub mod myo;
 pub mod serial;
 pub mod simulated;

@@ -21,6 +21,8 @@ pub struct EngineConfig {
     pub shoulder: Isometry3<f64>,
     /// Whether that and the robot's place were taught.
     pub taught: bool,
+    /// Whether the wearable is asked to send raw sEMG.
+    pub raw: bool,
     /// How movements are observed, decided on and commanded.
     pub session: SessionConfig,
     /// What the robot must keep to.

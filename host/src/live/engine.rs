@@ -7,8 +7,9 @@ use std::sync::Arc;
 
 use nalgebra::Point3;
 use tonus_shared::onset::OnsetConfig;
-use tonus_shared::wire::{Control, Packet};
+use tonus_shared::wire::Packet;
 
+use super::calibrating::Calibrating;
 use super::config::EngineConfig;
 use super::follow::{Body, Follow};
 use super::input::{Act, HandSeen, Input, LinkEvent, RobotSeen, TrackerEvent};
@@ -100,6 +101,7 @@ pub struct Engine {
     /// The newest picture with the hand, shoulder frame.
     pub(super) hand: Option<HandSeen>,
     pub(super) follow: Follow,
+    pub(super) calibrating: Calibrating,
     pub(super) take: Option<Take>,
     pub(super) kept: Vec<Kept>,
     next_id: u32,
@@ -149,6 +151,7 @@ impl Engine {
             linked: None,
             tracker: None,
             hand: None,
+            calibrating: Calibrating::default(),
             take: None,
             kept: Vec::new(),
             next_id: 1,
@@ -269,6 +272,7 @@ impl Engine {
             Packet::Stream(stream) => {
                 let describes_us = stream.describes_us(acquired_us);
                 self.traces.stream(acquired_us, stream);
+                self.measure(acquired_us, stream);
                 if let Some(take) = &mut self.take {
                     let n_per_m = stream.stiffness_n_per_m.map(f64::from);
                     take.stiffness(describes_us, n_per_m);
@@ -279,9 +283,13 @@ impl Engine {
                     self.traces.raw(acquired_us, raw, &configuration);
                 }
             }
+            Packet::Reply(reply) => self.answered(Some(reply), world),
             _ => {}
         }
-        let Some(session) = session else { return };
+        // While a person is measured their stiffness means nothing.
+        let Some(session) = session.filter(|_| !self.calibrating.under_way()) else {
+            return;
+        };
         match session.handle(Event::Frame(&frame), now_us) {
             Ok(Some(command)) => {
                 self.latencies.add(now_us.saturating_sub(acquired_us));
@@ -376,10 +384,8 @@ impl Engine {
                 Ok(())
             }
             Act::Raw { on } => {
-                let frame = self.wearable.control(Control::Raw(on), now_us);
-                if let Some(frame) = frame {
-                    world.ask(now_us, Request::Frame(frame));
-                }
+                // It is asked with the next ping.
+                self.config.raw = on;
                 Ok(())
             }
             Act::Calibrate(_)
@@ -387,7 +393,7 @@ impl Engine {
             | Act::CalibrationStep
             | Act::CalibrationNext
             | Act::CalibrationUse
-            | Act::CalibrationCancel => Err("not built yet".to_owned()),
+            | Act::CalibrationCancel => self.calibrate(act, world),
         };
         if let Err(problem) = outcome {
             self.tell(true, problem);
@@ -491,9 +497,10 @@ impl Engine {
     /// What is due by itself.
     fn routine(&mut self, session: Option<&Session<'_>>, world: &mut impl World) {
         let now_us = self.now_us;
-        for frame in self.wearable.due(now_us) {
+        for frame in self.wearable.due(self.config.raw, now_us) {
             world.ask(now_us, Request::Frame(frame));
         }
+        self.answered(None, world);
         if let Some(take) = &mut self.take {
             if now_us >= take.began_us() + LONGEST_US {
                 take.stop(now_us);

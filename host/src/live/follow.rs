@@ -77,11 +77,6 @@ impl Follow {
         self.told = Some((at_us, position_m));
     }
 
-    /// Whether the robot is moved from here.
-    pub(super) fn simulated(&self) -> bool {
-        matches!(self.body, Body::Simulated(_))
-    }
-
     /// Where its hand is; none where it does not tell.
     pub(super) fn position_m(&self, now_us: u64) -> Option<[f64; 3]> {
         match &self.body {

@@ -3,6 +3,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::calibration::Person;
+
 /// An input and when it happened.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Timed {
@@ -147,18 +149,4 @@ pub enum Act {
     Arm,
     /// Let the robot follow no more.
     Disarm,
-}
-
-/// Whom the calibration is for.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Person {
-    /// A name or code, for files.
-    pub name: String,
-    /// Body mass, kg.
-    pub body_mass_kg: f64,
-    /// Body height, m.
-    pub body_height_m: f64,
-    /// Mains frequency where they are, 50 or 60 Hz; none for no notch.
-    pub mains_hz: Option<u8>,
 }

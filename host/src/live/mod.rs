@@ -2,6 +2,7 @@
 //!
 //! Nothing here opens a device, a file or a socket, and only [`SessionClock`] reads a clock, for those that do.
 
+mod calibrating;
 mod config;
 mod engine;
 mod follow;
@@ -19,11 +20,12 @@ pub use config::EngineConfig;
 pub use engine::{Engine, EngineError, LearnJob, World};
 pub use follow::{Body, simulated};
 
-pub use input::{Act, HandSeen, Input, LinkEvent, Person, RobotSeen, Timed, TrackerEvent};
+pub use crate::calibration::{CalibrationResult, Estimate, Person, StepView};
+pub use input::{Act, HandSeen, Input, LinkEvent, RobotSeen, Timed, TrackerEvent};
 pub use port::{Injector, Inputs, Plug, Port, SessionClock};
 pub use request::{Prompt, Request};
 pub use view::{
-    CalibrationResult, CalibrationView, ChannelView, ClockView, DemonstrationView, Estimate,
-    FileView, FitView, HandView, Lamp, LatencyView, LibraryView, LinkView, Message, PathPoint,
-    RecognitionView, RecordingView, RobotView, SemgView, StepView, Trace, TrackerView, View,
+    CalibrationView, ChannelView, ClockView, DemonstrationView, FileView, FitView, HandView, Lamp,
+    LatencyView, LibraryView, LinkView, Message, PathPoint, RecognitionView, RecordingView,
+    RobotView, SemgView, Trace, TrackerView, View,
 };

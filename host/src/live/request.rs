@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::calibration::Task;
+
 /// For a source to do.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Request {
@@ -19,8 +21,10 @@ pub enum Prompt {
     Rest,
     /// Contract all muscles with all strength.
     Contract,
-    /// Hold the hand still at the height of the elbow while a known force pulls at it, co-contracting so much.
+    /// Hold the hand still while a known force pulls at it, co-contracting so much.
     Hold {
+        /// About where to hold it, shoulder frame, metres.
+        hand_m: [f64; 3],
         /// The force on the hand, shoulder frame, newtons; zero for none.
         force_n: [f64; 3],
         /// Share of the maximum voluntary contraction to keep in all muscles.
@@ -37,4 +41,21 @@ pub enum Prompt {
     },
     /// Nothing in particular.
     Free,
+}
+
+impl From<Task> for Prompt {
+    fn from(task: Task) -> Self {
+        match task {
+            Task::Free => Self::Free,
+            Task::Rest => Self::Rest,
+            Task::Contract => Self::Contract,
+            Task::Flex => Self::Flex,
+            Task::Extend => Self::Extend,
+            Task::Hold(hold) => Self::Hold {
+                hand_m: hold.hand_m,
+                force_n: hold.force_n,
+                effort: hold.effort,
+            },
+        }
+    }
 }

@@ -1,14 +1,15 @@
 //! What there is to see of an engine.
 
 use tonus_shared::semg::quality::Quality;
-use tonus_shared::wire::{Muscle, StatusFlags, Stream, StreamFlags};
+use tonus_shared::wire::{StatusFlags, Stream, StreamFlags};
 
 use super::engine::Engine;
 use super::input::{LinkEvent, TrackerEvent};
 use super::view::{
-    CalibrationView, ChannelView, ClockView, HandView, Lamp, LibraryView, LinkView, PathPoint,
-    RecognitionView, RobotView, SemgView, TrackerView, View,
+    ChannelView, ClockView, HandView, Lamp, LibraryView, LinkView, PathPoint, RecognitionView,
+    RobotView, SemgView, TrackerView, View,
 };
+use crate::calibration::muscle_name;
 use crate::session::Session;
 
 /// Points of an expected path, and the time between them, seconds.
@@ -35,7 +36,7 @@ impl Engine {
                 position_m: hand.position_m,
                 age_ms: self.age_ms(hand.exposed_us),
             }),
-            calibration: self.calibration_view(),
+            calibration: self.calibrating.view(self.wearable.calibration.as_ref()),
             recording: self.take.as_ref().map(|take| take.view(self.now_us)),
             demonstrations: self.kept.iter().map(super::takes::Kept::view).collect(),
             library: self.library_view(),
@@ -107,7 +108,7 @@ impl Engine {
             ChannelView {
                 muscle: muscles.map_or_else(
                     || format!("channel {}", channel + 1),
-                    |muscles| muscle(muscles[channel]).to_owned(),
+                    |muscles| muscle_name(muscles[channel]).to_owned(),
                 ),
                 envelope: f64::from(stream.envelopes[channel]),
                 lamp: lamp(quality),
@@ -125,18 +126,6 @@ impl Engine {
             held: is_held,
             delay_ms: delay_ms(stream),
         })
-    }
-
-    fn calibration_view(&self) -> CalibrationView {
-        CalibrationView {
-            in_use: self.in_use(),
-            ..CalibrationView::default()
-        }
-    }
-
-    fn in_use(&self) -> Option<String> {
-        let calibration = self.wearable.calibration.as_ref()?;
-        (calibration.revision != 0).then(|| format!("revision {}", calibration.revision))
     }
 
     fn library_view(&self) -> LibraryView {
@@ -226,17 +215,6 @@ impl Engine {
 /// How long before the newest scan the stiffness describes, ms.
 fn delay_ms(stream: &Stream) -> f64 {
     f64::from(stream.describes_before_us) * 1e-3
-}
-
-fn muscle(muscle: Muscle) -> &'static str {
-    match muscle {
-        Muscle::Absent => "none",
-        Muscle::BicepsShort => "biceps, short head",
-        Muscle::BicepsLong => "biceps, long head",
-        Muscle::TricepsLateral => "triceps, lateral head",
-        Muscle::TricepsLong => "triceps, long head",
-        Muscle::Other => "other",
-    }
 }
 
 fn lamp(quality: Quality) -> Lamp {

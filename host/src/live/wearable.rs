@@ -141,7 +141,7 @@ impl Wearable {
     }
 
     /// What is due by itself: a ping, and once the wearable's calibration.
-    pub(super) fn due(&mut self, now_us: u64) -> Vec<Vec<u8>> {
+    pub(super) fn due(&mut self, raw: bool, now_us: u64) -> Vec<Vec<u8>> {
         let mut out = Vec::new();
         let due = self
             .pinged_us
@@ -160,7 +160,11 @@ impl Wearable {
             }),
             now_us,
         ));
-        if self.calibration.is_none() {
+        // A wearable that restarted has forgotten.
+        if self.configuration.is_some_and(|told| told.raw != raw) {
+            out.extend(self.frame(Packet::Control(Control::Raw(raw)), now_us));
+        }
+        if self.calibration.is_none() && self.calibrating.is_none() {
             out.extend(self.frame(Packet::Control(Control::SendCalibration), now_us));
         }
         out
@@ -178,15 +182,9 @@ impl Wearable {
         )
     }
 
-    /// A control.
-    pub(super) fn control(&mut self, control: Control, now_us: u64) -> Option<Vec<u8>> {
-        self.frame(Packet::Control(control), now_us)
-    }
-
     /// A calibration; [`Wearable::calibrated`] tells what becomes of it.
     pub(super) fn calibrate(&mut self, calibration: Calibration, now_us: u64) -> Option<Vec<u8>> {
         self.calibrating = Some((self.sent, now_us));
-        self.calibration = None;
         self.frame(Packet::Calibration(calibration), now_us)
     }
 

@@ -17,6 +17,7 @@ pub mod difficulty;
 pub mod emg;
 pub mod muscle;
 pub mod operator;
+pub mod person;
 pub mod puppet;
 pub mod rig;
 pub mod scripted;

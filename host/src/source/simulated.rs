@@ -11,6 +11,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use tonus_shared::pipeline::{Board, CalibrationError, illustrative};
 use tonus_shared::sample::Scan;
+use tonus_shared::stiffness::ParameterError;
 use tonus_shared::wire::Muscle;
 
 use crate::link::bridge::Bridge;
@@ -20,6 +21,7 @@ use crate::live::{
 };
 use crate::simulate::emg::{Electrodes, ElectrodesError, SCAN_US};
 use crate::simulate::muscle::CHANNELS;
+use crate::simulate::person::Arm;
 use crate::simulate::puppet::{Puppet, Wish};
 use crate::simulate::scripted;
 use crate::simulate::tracker::{TrackedHand, Tracker, TrackerNoise};
@@ -42,12 +44,12 @@ const WORKING: f64 = 0.45;
 const YIELDING: f64 = 0.06;
 /// While a link is cut or the devices stand still, time is caught up with at most this, microseconds.
 const LONGEST_STALL_US: u64 = 1_000_000;
-/// The simulated tracker: a millimetre and a half of jitter, and a bias that wanders slowly, as a tracker that is not
-/// moved.
+/// The simulated tracker: a millimetre and a half of jitter, and a bias that wanders by three in a minute, as a tracker's
+/// that is not moved.
 pub const TRACKER: TrackerNoise = TrackerNoise {
     jitter_sd_m: 0.0015,
-    bias_sd_m: 0.01,
-    bias_time_s: 20.0,
+    bias_sd_m: 0.003,
+    bias_time_s: 60.0,
 };
 
 /// What is simulated.
@@ -89,6 +91,9 @@ pub enum SimulatedError {
     /// The wearable.
     #[error(transparent)]
     Wearable(#[from] CalibrationError),
+    /// The person's arm.
+    #[error(transparent)]
+    Person(#[from] ParameterError),
 }
 
 /// The devices.
@@ -96,6 +101,7 @@ pub enum SimulatedError {
 pub struct SimulatedDevices {
     config: SimulatedConfig,
     puppet: Puppet,
+    person: Arm,
     electrodes: Electrodes,
     bridge: Bridge<CHANNELS>,
     up: SimulatedLink,
@@ -128,6 +134,7 @@ impl SimulatedDevices {
         };
         Ok(Self {
             puppet: Puppet::new(config.seed),
+            person: Arm::new()?,
             electrodes,
             bridge: Bridge::new(board, &illustrative(MUSCLES, 1_000))?,
             up: SimulatedLink::new(config.link, config.seed)?,
@@ -162,18 +169,23 @@ impl SimulatedDevices {
             [WORKING, WORKING, YIELDING, YIELDING],
             [YIELDING, YIELDING, WORKING, WORKING],
         ];
-        let hold = |activation| {
-            Some(Wish::Hold {
-                hand_m: HELD_M,
-                activation,
-            })
-        };
+        let hold = |hand_m, activation| Some(Wish::Hold { hand_m, activation });
         match prompt {
             Prompt::Rest => Some(Wish::Rest),
             Prompt::Contract => Some(Wish::Contract),
-            Prompt::Hold { effort, .. } => hold(all.map(|full| full * effort)),
-            Prompt::Flex => hold(flexing),
-            Prompt::Extend => hold(stretching),
+            Prompt::Hold {
+                hand_m,
+                force_n,
+                effort,
+            } => {
+                let activation = all.map(|full| full * effort);
+                hold(
+                    self.person.gives_way(*hand_m, *force_n, *effort),
+                    activation,
+                )
+            }
+            Prompt::Flex => hold(HELD_M, flexing),
+            Prompt::Extend => hold(HELD_M, stretching),
             Prompt::Perform { label } => Some(Wish::Perform(self.puppet.draw(label)?)),
             // They finish what they do.
             Prompt::Free => None,

@@ -1,6 +1,7 @@
 //! All of it joined: devices, engine, recording, page and robot.
 
 pub mod real;
+pub mod run;
 pub mod setup;
 pub mod story;
 pub mod virtually;

@@ -1,51 +1,162 @@
-//! What the engine is told when the devices are simulated ones.
+//! From the configuration to what the engine and its devices are told.
 
-use nalgebra::Isometry3;
+use std::net::SocketAddr;
+
+use rand::TryRng;
+use rand::rngs::SysRng;
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
 use crate::clock::ClockConfig;
-use crate::live::EngineConfig;
-use crate::robot::limits::{Fallback, Limits};
+use crate::config::Config;
+use crate::leap::{self, ServiceError, Side, Wanted};
+use crate::live::{Body, EngineConfig, simulated};
+use crate::robot::simulated::MassError;
 use crate::session::SessionConfig;
-use crate::simulate::scripted::HOME_M;
+use crate::source::LinkChoice;
 
 /// Boot id of the frames that this host sends.
 const HOST_BOOT_ID: u32 = 0x484f_5354;
-/// The simulated link's shortest delay, microseconds: one connection interval.
-const TRANSPORT_US: u32 = 7_500;
 
-/// An engine for simulated devices.
-#[must_use]
-pub fn simulated_engine() -> EngineConfig {
-    EngineConfig {
-        link: "sim".to_owned(),
-        robot: "simulated".to_owned(),
-        clock: ClockConfig {
-            transport_us: TRANSPORT_US,
-            ..ClockConfig::default()
-        },
-        boot_id: HOST_BOOT_ID,
-        // The simulated tracker looks from the shoulder.
-        shoulder: Isometry3::identity(),
-        taught: true,
-        session: session(),
-        limits: Limits::default(),
-        fallback: Fallback::default(),
+/// What a configuration names and there is not.
+#[derive(Debug, thiserror::Error)]
+pub enum SetupError {
+    /// The robot.
+    #[error(
+        "`{got}` is no robot: give simulated, or udp:HOST:PORT with an address in numbers, such as udp:127.0.0.1:5005"
+    )]
+    Robot {
+        /// What was given.
+        got: String,
+    },
+    /// The address of the Leap service.
+    #[error("[tracker] leap: {0}")]
+    Leap(#[from] ServiceError),
+    /// Streams of the Lab Streaming Layer are not taken yet.
+    #[error("lsl is not built into this program yet: give another link")]
+    Lsl,
+    /// The simulated robot.
+    #[error(transparent)]
+    Simulated(#[from] MassError),
+}
+
+/// Which robot follows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RobotChoice {
+    /// The simulated one.
+    Simulated,
+    /// A controller that takes datagrams.
+    Udp(SocketAddr),
+}
+
+/// The robot that the configuration names.
+///
+/// # Errors
+/// [`SetupError::Robot`].
+pub fn robot(config: &Config) -> Result<RobotChoice, SetupError> {
+    let got = config.robot.to.as_str();
+    if got == "simulated" {
+        return Ok(RobotChoice::Simulated);
+    }
+    let address = got.strip_prefix("udp:").and_then(|at| at.parse().ok());
+    let got = got.to_owned();
+    address
+        .map(RobotChoice::Udp)
+        .ok_or(SetupError::Robot { got })
+}
+
+/// The body of that robot.
+///
+/// # Errors
+/// [`SetupError`].
+pub fn body(config: &Config) -> Result<Body, SetupError> {
+    match robot(config)? {
+        RobotChoice::Simulated => Ok(simulated(config.robot.home_m)?),
+        RobotChoice::Udp(_) => Ok(Body::External),
     }
 }
 
-/// How movements are observed, decided on and commanded.
+/// The engine for this configuration and link.
+///
+/// # Errors
+/// [`SetupError`].
+pub fn engine(config: &Config, link: &LinkChoice) -> Result<EngineConfig, SetupError> {
+    robot(config)?;
+    let (limits, fallback) = config.limits();
+    Ok(EngineConfig {
+        link: link.to_string(),
+        robot: config.robot.to.clone(),
+        clock: ClockConfig {
+            #[allow(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "checked: 0 to 1000 ms"
+            )]
+            transport_us: (config.wearable.transport_ms * 1e3) as u32,
+            ..ClockConfig::default()
+        },
+        boot_id: HOST_BOOT_ID,
+        shoulder: shoulder(config),
+        // The simulated tracker looks from the shoulder.
+        taught: *link == LinkChoice::Simulated
+            || config.tracker != crate::config::Tracker::default(),
+        raw: config.wearable.raw,
+        session: session(config),
+        limits,
+        fallback,
+    })
+}
+
+/// How the Leap service is followed.
+///
+/// # Errors
+/// [`SetupError::Leap`].
+pub fn tracker(config: &Config) -> Result<leap::Config, SetupError> {
+    Ok(leap::Config {
+        service: config.tracker.leap.parse()?,
+        wanted: match config.tracker.hand.as_str() {
+            "left" => Wanted::Only(Side::Left),
+            "right" => Wanted::Only(Side::Right),
+            _ => Wanted::Either,
+        },
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "checked: 0 to 1000 ms"
+        )]
+        transport_us: (config.tracker.transport_ms * 1e3) as u32,
+        backoff: leap::Backoff::default(),
+    })
+}
+
+/// Boot id of a wearable that this program makes.
 #[must_use]
-pub fn session() -> SessionConfig {
+pub fn random_boot_id() -> u32 {
+    // Any 32 bits will do; a system that gives none still gives a time.
+    SysRng.try_next_u32().unwrap_or_else(|_| std::process::id())
+}
+
+/// From the tracker's frame to the shoulder's.
+fn shoulder(config: &Config) -> Isometry3<f64> {
+    let [x, y, z, w] = config.tracker.shoulder_xyzw;
+    let turned = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
+    let [ox, oy, oz] = config.tracker.shoulder_m;
+    // The origin of the shoulder's frame goes to zero.
+    Isometry3::from_parts(Translation3::identity(), turned) * Translation3::new(-ox, -oy, -oz)
+}
+
+/// How movements are observed, decided on and commanded.
+fn session(config: &Config) -> SessionConfig {
+    let told = &config.recognition;
     SessionConfig {
         observations: 10,
-        position_sigma_m: 0.003,
-        stiffness_sigma: 0.05,
+        position_sigma_m: told.position_sigma_mm * 1e-3,
+        stiffness_sigma: told.stiffness_sigma,
         use_semg: true,
-        decide_at: 0.95,
+        decide_at: told.decide_at,
         decide_after: 2,
-        act_within_m: 0.06,
-        home_m: HOME_M,
-        home_stiffness_n_per_m: Fallback::default().stiffness_n_per_m,
-        damping_ratio: 1.0,
+        act_within_m: told.act_within_mm * 1e-3,
+        home_m: config.robot.home_m,
+        home_stiffness_n_per_m: config.robot.fallback_n_per_m,
+        damping_ratio: config.robot.damping_ratio,
     }
 }

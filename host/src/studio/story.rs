@@ -7,7 +7,7 @@ use crate::live::{Act, Person, View};
 
 /// Skills of the story and how often each is shown.
 const SHOWN: [&str; 3] = ["lift_filter", "lift_bottle", "hand_over"];
-const TIMES: usize = 5;
+const TIMES: usize = 4;
 /// What is performed once the robot follows; the last is in no demonstration.
 const PERFORMED: [&str; 6] = [
     "lift_bottle",
@@ -22,7 +22,10 @@ const MOVEMENT_S: f64 = 6.5;
 /// How long a recording goes on after the question, seconds.
 const RECORD_S: f64 = 5.2;
 /// Nothing in the story takes longer, seconds.
-const PATIENCE_S: f64 = 60.0;
+const PATIENCE_S: f64 = 200.0;
+
+/// Between two presses of a button, microseconds.
+const THINKS_US: u64 = 300_000;
 
 /// Where the story is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,6 +51,7 @@ enum Chapter {
 pub struct Story {
     chapter: Chapter,
     since_us: u64,
+    acted_us: u64,
     asked: Vec<&'static str>,
     found: Vec<Option<String>>,
     stuck: Option<String>,
@@ -72,6 +76,7 @@ impl Default for Story {
         Self {
             chapter: Chapter::Connect,
             since_us: 0,
+            acted_us: 0,
             asked: Vec::new(),
             found: Vec::new(),
             stuck: None,
@@ -93,7 +98,14 @@ impl Story {
             self.turn(Chapter::Over, view.at_us);
             return vec![Act::Disarm];
         }
-        self.act(view, since_s)
+        if view.at_us < self.acted_us + THINKS_US {
+            return Vec::new();
+        }
+        let acts = self.act(view, since_s);
+        if !acts.is_empty() {
+            self.acted_us = view.at_us;
+        }
+        acts
     }
 
     fn act(&mut self, view: &View, since_s: f64) -> Vec<Act> {
@@ -105,9 +117,7 @@ impl Story {
                     self.turn(Chapter::Calibrate, at_us);
                 }
             }
-            Chapter::Calibrate => {
-                self.turn(Chapter::Record(0), view.at_us);
-            }
+            Chapter::Calibrate => return self.calibrate(view),
             Chapter::Record(number) if number >= SHOWN.len() * TIMES => {
                 self.turn(Chapter::Train, at_us);
                 return vec![Act::Train];
@@ -199,8 +209,9 @@ impl Story {
                 body_height_m: 1.75,
                 mains_hz: Some(50),
             })],
-            Some(step) if step.name == "result" => vec![Act::CalibrationUse],
+            Some(_) if !view.link.up => Vec::new(),
             Some(step) if step.measuring => Vec::new(),
+            Some(_) if calibration.result.is_some() => vec![Act::CalibrationUse],
             Some(step) if step.done => vec![Act::CalibrationNext],
             Some(_) => vec![Act::CalibrationStep],
         }

@@ -25,6 +25,7 @@ pub use calibration::{Board, CalibrationError, illustrative};
 pub use config::{ChannelConfig, DEFAULT_ACTIVATION_WINDOW_S, PipelineConfig, PipelineError};
 pub use input::{Health, InputError};
 pub use schedule::STREAM_HZ;
+pub use signal::activation_weight;
 
 use crate::sample::{AdcScale, Scan};
 use crate::stiffness::ArmStiffness;

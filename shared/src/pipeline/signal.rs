@@ -263,12 +263,15 @@ fn normalisation<const C: usize>(
 }
 
 fn weight<const C: usize>(config: &PipelineConfig<C>, channel: usize) -> Option<f32> {
-    let muscle = config.channels[channel].muscle;
-    let on_same = config
-        .channels
-        .iter()
-        .filter(|other| other.muscle == muscle)
-        .count();
+    activation_weight(&config.channels.map(|channel| channel.muscle), channel)
+}
+
+/// Share of a channel's normalised envelope in the activation (eq. 4): one over the number of channels on the same
+/// head, so that eight electrodes do not count double; none off the four heads.
+#[must_use]
+pub fn activation_weight(muscles: &[Muscle], channel: usize) -> Option<f32> {
+    let muscle = *muscles.get(channel)?;
+    let on_same = muscles.iter().filter(|other| **other == muscle).count();
     match muscle {
         Muscle::BicepsShort | Muscle::BicepsLong | Muscle::TricepsLateral | Muscle::TricepsLong => {
             Some(1.0 / on_same as f32)

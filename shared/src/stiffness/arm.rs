@@ -119,10 +119,29 @@ impl<T: Real> ArmPosture<T> {
     /// `-G = d2V/dq2`, N m/rad, symmetric: what gravity adds to the joint stiffness. Positive for a hanging
     /// arm (a pendulum), negative for an inverted one.
     pub fn gravity_stiffness(&self, segments: &Segments<T>) -> Matrix4<T> {
-        let moment = self.mass_moment(segments);
-        let up = self.vertical() * T::of(GRAVITY_M_S2);
-        let slope = self.forearm_slope() * segments.forearm_moment();
-        let curvature = -self.forearm() * segments.forearm_moment();
+        self.curvature(
+            &(self.vertical() * T::of(GRAVITY_M_S2)),
+            segments.upper_arm_moment(),
+            segments.forearm_moment(),
+        )
+    }
+
+    /// What a constant force on the hand adds to the joint stiffness, N m/rad, symmetric: `-d2(F.hand)/dq2`.
+    pub(super) fn force_stiffness(
+        &self,
+        segments: &Segments<T>,
+        force_n: &Vector3<T>,
+    ) -> Matrix4<T> {
+        let against = self.upper_arm.inverse_transform_vector(&-force_n);
+        self.curvature(&against, segments.upper_arm_m(), segments.forearm_m())
+    }
+
+    /// Second derivative by q of `up . p`, with p at these lengths along the arm and `up` constant in the shoulder
+    /// frame, given in the upper-arm frame.
+    fn curvature(&self, up: &Vector3<T>, along_upper_arm: T, along_forearm: T) -> Matrix4<T> {
+        let moment = self.chain(along_upper_arm, along_forearm);
+        let slope = self.forearm_slope() * along_forearm;
+        let curvature = -self.forearm() * along_forearm;
         let axes = axes();
         let half = T::of(0.5);
         let mut stiffness = Matrix4::zeros();

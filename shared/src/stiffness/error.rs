@@ -102,6 +102,12 @@ pub enum StiffnessError {
         /// The smallest joint stiffness, N m/rad.
         smallest_joint_stiffness: f64,
     },
+    /// A force on the hand bends the elbow out of its range.
+    #[error("the force bends the elbow to {elbow_rad} rad, out of its range; use a lighter load")]
+    Yields {
+        /// The angle that the elbow would take, rad.
+        elbow_rad: f64,
+    },
     /// The Cartesian stiffness is not positive definite by the stated margin.
     #[error(
         "Cartesian stiffness with mean diagonal {mean_diagonal} N/m is not positive definite; check the joint stiffness values"

@@ -32,6 +32,7 @@
 mod arm;
 mod cartesian;
 mod co_contraction;
+mod deflection;
 mod error;
 mod person;
 mod posture;
@@ -40,6 +41,7 @@ mod segments;
 pub use arm::{ArmPosture, ELBOW_MAX_RAD, ElbowSource, GRAVITY_M_S2};
 pub use cartesian::{BLEND_RAD, cartesian_stiffness};
 pub use co_contraction::CoContraction;
+pub use deflection::deflection;
 pub use error::{ParameterError, PostureError, StiffnessError};
 pub use person::{ArmStiffness, ILLUSTRATIVE, Parameters, Stiffness};
 pub use posture::{ASSUMED_ELBOW_RAD, REACH_TOLERANCE};

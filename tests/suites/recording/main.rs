@@ -1,0 +1,7 @@
+//! Recordings: programs that are killed, disks that are full, and readers by others.
+
+mod child;
+mod exported;
+mod full;
+mod killed;
+mod outside;
