@@ -20,3 +20,4 @@ pub mod simulate;
 mod statistics;
 pub mod store;
 pub mod table;
+pub mod transform;
