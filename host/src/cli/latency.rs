@@ -66,6 +66,7 @@ impl LatencyArgs {
             seconds: Some(self.seconds),
             record: None,
             page: true,
+            lsl: false,
             library: Some(Arc::new(library)),
             seed: 1,
             pace: 1.0,
