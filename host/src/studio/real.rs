@@ -8,12 +8,15 @@ use std::time::Duration;
 use super::story::Story;
 use crate::broadcast::Speaker;
 use crate::library::Library;
-use crate::live::{Act, Injector, Input, Inputs, LearnJob, Message, Plug, Request, View, World};
+use crate::live::{
+    Act, Injector, Input, Inputs, LearnJob, Message, Plug, Request, RobotSeen, View, World,
+};
 use crate::page::Page;
 use crate::recording::{Entry, Recorder};
 use crate::robot::command::Command;
 use crate::robot::gate::State;
 use crate::robot::limits::Setpoint;
+use crate::robot::udp::UdpRobot;
 use crate::store;
 
 /// The engine wakes so often at least: the robot's period.
@@ -32,6 +35,9 @@ pub struct Real {
     page: Option<Page>,
     recorder: Option<Recorder>,
     speaker: Option<Speaker>,
+    robot: Option<UdpRobot>,
+    /// The newest command, for the age of the robot's evidence.
+    newest: Option<Command>,
     story: Option<Story>,
     /// Acts of the story.
     acts: VecDeque<Act>,
@@ -56,6 +62,8 @@ pub struct Parts {
     pub recorder: Option<Recorder>,
     /// Sends to other programs.
     pub speaker: Option<Speaker>,
+    /// A robot elsewhere.
+    pub robot: Option<UdpRobot>,
     /// Who presses the buttons in a simulation.
     pub story: Option<Story>,
     /// Set from outside to end the run.
@@ -88,6 +96,8 @@ impl Real {
             page: parts.page,
             recorder: parts.recorder,
             speaker: parts.speaker,
+            robot: parts.robot,
+            newest: None,
             story: parts.story,
             acts: VecDeque::new(),
             learnt: Learnt::default(),
@@ -126,6 +136,14 @@ impl World for Real {
         let now_us = self.inputs.now_us();
         if self.over(now_us) {
             return None;
+        }
+        if let Some(told) = self.robot.as_mut().and_then(|robot| robot.heard(now_us)) {
+            let seen = RobotSeen {
+                measured_us: now_us,
+                position_m: told.position_m,
+                stiffness_n_per_m: told.stiffness_n_per_m,
+            };
+            return Some((now_us, Some(Input::Robot(seen))));
         }
         if let Some(act) = self.acts.pop_front() {
             return Some((now_us, Some(Input::Act(act))));
@@ -181,6 +199,7 @@ impl World for Real {
     }
 
     fn commanded(&mut self, at_us: u64, command: &Command) {
+        self.newest = Some(*command);
         self.note(Entry::Command {
             at_us,
             command: *command,
@@ -188,6 +207,9 @@ impl World for Real {
     }
 
     fn set(&mut self, at_us: u64, setpoint: &Setpoint, state: State) {
+        if let Some(robot) = &mut self.robot {
+            robot.send(setpoint, state, self.newest.as_ref(), at_us);
+        }
         if at_us >= self.noted_us + NOTE_EVERY_US {
             self.noted_us = at_us;
             self.note(Entry::Setpoint {

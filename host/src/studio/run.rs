@@ -137,6 +137,7 @@ pub fn run(
         page,
         recorder,
         speaker,
+        robot: setup::controller(&plan.config)?,
         story: plan.story.then(Story::default),
         stop: plan.stop,
         #[allow(
