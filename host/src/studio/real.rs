@@ -5,12 +5,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use super::story::Story;
+use super::hands::Hands;
 use crate::broadcast::Speaker;
 use crate::library::Library;
-use crate::live::{
-    Act, Injector, Input, Inputs, LearnJob, Message, Plug, Request, RobotSeen, View, World,
-};
+use crate::live::{Act, Injector, Input, Inputs, LearnJob, Plug, Request, RobotSeen, View, World};
 use crate::page::Page;
 use crate::recording::{Entry, Recorder};
 use crate::robot::command::Command;
@@ -38,13 +36,13 @@ pub struct Real {
     robot: Option<UdpRobot>,
     /// The newest command, for the age of the robot's evidence.
     newest: Option<Command>,
-    story: Option<Story>,
-    /// Acts of the story.
+    hands: Option<Box<dyn Hands>>,
+    /// What they do.
     acts: VecDeque<Act>,
     learnt: Learnt,
     stop: Arc<AtomicBool>,
     end_us: Option<u64>,
-    /// Whether the run ends with the story.
+    /// Whether the run ends when they are done.
     ends: bool,
     noted_us: u64,
     watch: Box<dyn FnMut(&View)>,
@@ -64,23 +62,22 @@ pub struct Parts {
     pub speaker: Option<Speaker>,
     /// A robot elsewhere.
     pub robot: Option<UdpRobot>,
-    /// Who presses the buttons in a simulation.
-    pub story: Option<Story>,
+    /// Who presses the buttons beside the page.
+    pub hands: Option<Box<dyn Hands>>,
     /// Set from outside to end the run.
     pub stop: Arc<AtomicBool>,
     /// The run ends then, session time, microseconds.
     pub end_us: Option<u64>,
-    /// Whether the run ends with the story.
-    pub ends_with_story: bool,
+    /// Whether the run ends when they are done.
+    pub ends_with_hands: bool,
     /// Sees every view, as the page does.
     pub watch: Box<dyn FnMut(&View)>,
 }
 
 /// What is left of a run.
-#[derive(Debug)]
 pub struct Left {
-    /// The story as far as it was told.
-    pub story: Option<Story>,
+    /// Who pressed the buttons.
+    pub hands: Option<Box<dyn Hands>>,
     /// Why the file is not whole, if it is not.
     pub file: Option<Result<crate::recording::Finished, crate::recording::RecordError>>,
 }
@@ -98,12 +95,12 @@ impl Real {
             speaker: parts.speaker,
             robot: parts.robot,
             newest: None,
-            story: parts.story,
+            hands: parts.hands,
             acts: VecDeque::new(),
             learnt: Learnt::default(),
             stop: parts.stop,
             end_us: parts.end_us,
-            ends: parts.ends_with_story,
+            ends: parts.ends_with_hands,
             noted_us: 0,
             watch: parts.watch,
         }
@@ -114,13 +111,13 @@ impl Real {
     pub fn finish(self) -> Left {
         self.wearable.stop();
         Left {
-            story: self.story,
+            hands: self.hands,
             file: self.recorder.map(Recorder::finish),
         }
     }
 
     fn over(&self, now_us: u64) -> bool {
-        let told = self.ends && self.story.as_ref().is_some_and(Story::over);
+        let told = self.ends && self.hands.as_ref().is_some_and(|hands| hands.over());
         told || self.stop.load(Ordering::Relaxed) || self.end_us.is_some_and(|end| now_us >= end)
     }
 
@@ -222,16 +219,10 @@ impl World for Real {
 
     fn show(&mut self, view: &View) {
         let mut view = view.clone();
-        if let Some(story) = &mut self.story {
-            self.acts.extend(story.look(&view));
-            view.story = Some(story.text());
+        if let Some(hands) = &mut self.hands {
+            self.acts.extend(hands.look(&view));
+            view.story = hands.text();
         }
-        let problem = self.speaker.as_ref().and_then(Speaker::problem);
-        view.messages.extend(problem.map(|text| Message {
-            at_us: view.at_us,
-            problem: true,
-            text: text.to_owned(),
-        }));
         view.file = self.recorder.as_ref().map(Recorder::state);
         if let Some(page) = &self.page {
             page.show(&view);
