@@ -28,3 +28,4 @@ mod statistics;
 pub mod store;
 pub mod studio;
 pub mod table;
+pub mod transform;

@@ -115,6 +115,7 @@ impl RunArgs {
             Some(link) => link,
             None => config.wearable.link.parse().context("[wearable] link")?,
         };
+        config.wearable.link = link.to_string();
         let simulated = link == LinkChoice::Simulated;
         if self.story && !simulated {
             bail!(super::UsageError(
@@ -131,7 +132,11 @@ impl RunArgs {
         let stop = Arc::new(AtomicBool::new(false));
         stop_at_signal(Arc::clone(&stop))?;
         let plan = Plan {
-            library: self.library(json)?,
+            library: library(
+                &self.demonstrations,
+                config.recognition.false_alarm_rate,
+                json,
+            )?,
             config,
             link,
             story: self.story,
@@ -151,25 +156,30 @@ impl RunArgs {
         let ran = run(plan, |url| served(url, json, open), teller(json))?;
         end(&ran, json)
     }
+}
 
-    fn library(&self, json: bool) -> anyhow::Result<Option<Arc<Library>>> {
-        if self.demonstrations.is_empty() {
-            return Ok(None);
-        }
-        let dofs = DOFS.map(str::to_owned);
-        let choice = Choice {
-            dofs: &dofs,
-            exclude: &[],
-        };
-        let mut all = Vec::new();
-        for file in &self.demonstrations {
-            all.extend(read(&Table::open(file)?, &choice)?);
-        }
-        let learning = Progress::spinner("learning", !json && stderr().is_terminal());
-        let library = Library::learn(&all)?;
-        learning.finish();
-        Ok(Some(Arc::new(library)))
+/// Learns from files; none from none.
+pub(crate) fn library(
+    files: &[PathBuf],
+    false_alarm_rate: f64,
+    json: bool,
+) -> anyhow::Result<Option<Arc<Library>>> {
+    if files.is_empty() {
+        return Ok(None);
     }
+    let dofs = DOFS.map(str::to_owned);
+    let choice = Choice {
+        dofs: &dofs,
+        exclude: &[],
+    };
+    let mut all = Vec::new();
+    for file in files {
+        all.extend(read(&Table::open(file)?, &choice)?);
+    }
+    let learning = Progress::spinner("learning", !json && stderr().is_terminal());
+    let library = Library::learn(&all, false_alarm_rate)?;
+    learning.finish();
+    Ok(Some(Arc::new(library)))
 }
 
 /// Asks at the terminal for the six digits that a wearable shows.
