@@ -69,6 +69,8 @@ pub struct Recognition {
     pub stiffness_sigma: f64,
     /// Posterior probability at which a skill counts as decided on.
     pub decide_at: f64,
+    /// Share of known movements that may be held as unknown: more of them are, and more of what is unknown is noticed.
+    pub false_alarm_rate: f64,
     /// The robot holds while where it should be is less sure than this, mm.
     pub act_within_mm: f64,
 }
@@ -141,8 +143,9 @@ impl Default for Recognition {
     fn default() -> Self {
         Self {
             position_sigma_mm: 3.0,
-            stiffness_sigma: 0.05,
+            stiffness_sigma: 0.1,
             decide_at: 0.95,
+            false_alarm_rate: 0.05,
             act_within_mm: 60.0,
         }
     }
@@ -358,6 +361,13 @@ impl Config {
                 "0.5 to 1",
                 0.5,
                 1.0,
+            ),
+            (
+                "recognition.false_alarm_rate",
+                told.false_alarm_rate,
+                "0.001 to 0.5",
+                1e-3,
+                0.5,
             ),
             (
                 "recognition.act_within_mm",

@@ -3,6 +3,7 @@
 //! Exit code 0 is success, 1 a failure on data or files, 2 a command line that makes no sense.
 
 mod demo;
+mod doctor;
 mod envelope;
 mod eval;
 mod experiment;
@@ -10,8 +11,10 @@ mod export;
 mod hand;
 mod infer;
 mod info;
+mod latency;
 mod listen;
 mod options;
+mod play;
 mod progress;
 mod recover;
 mod run;
@@ -48,6 +51,7 @@ struct Tonus {
 #[derive(Subcommand)]
 enum Verb {
     Demo(demo::DemoArgs),
+    Doctor(doctor::DoctorArgs),
     Envelope(envelope::EnvelopeArgs),
     Eval(eval::EvalArgs),
     Experiment(experiment::ExperimentArgs),
@@ -55,7 +59,9 @@ enum Verb {
     Hand(hand::HandArgs),
     Infer(infer::InferArgs),
     Info(info::InfoArgs),
+    Latency(latency::LatencyArgs),
     Listen(listen::ListenArgs),
+    Play(play::PlayArgs),
     Recover(recover::RecoverArgs),
     Run(run::RunArgs),
     Scan(scan::ScanArgs),
@@ -84,6 +90,7 @@ fn run(Tonus { json, verb }: Tonus) -> anyhow::Result<()> {
     };
     match verb {
         Verb::Demo(args) => args.run(json),
+        Verb::Doctor(args) => args.run(json),
         Verb::Envelope(args) => args.run(json),
         Verb::Eval(args) => args.run(json),
         Verb::Experiment(args) => args.run(json),
@@ -91,7 +98,9 @@ fn run(Tonus { json, verb }: Tonus) -> anyhow::Result<()> {
         Verb::Hand(args) => args.run(json),
         Verb::Infer(args) => args.run(json),
         Verb::Info(args) => args.run(json),
+        Verb::Latency(args) => args.run(json),
         Verb::Listen(args) => args.run(json),
+        Verb::Play(args) => args.run(json),
         Verb::Recover(args) => args.run(json),
         Verb::Run(args) => args.run(json),
         Verb::Scan(args) => args.run(json),

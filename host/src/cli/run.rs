@@ -60,6 +60,9 @@ pub(crate) struct RunArgs {
     /// Serve no page.
     #[arg(long)]
     no_page: bool,
+    /// Send envelopes and stiffness to other programs as a stream of the lab streaming layer (needs liblsl).
+    #[arg(long)]
+    lsl: bool,
     /// Open no browser.
     #[arg(long)]
     no_browser: bool,
@@ -90,6 +93,7 @@ impl RunArgs {
             no_record: true,
             port: None,
             no_page: false,
+            lsl: false,
             no_browser: false,
             story: true,
             seconds: None,
@@ -111,9 +115,12 @@ impl RunArgs {
             Some(link) => link,
             None => config.wearable.link.parse().context("[wearable] link")?,
         };
+        config.wearable.link = link.to_string();
         let simulated = link == LinkChoice::Simulated;
         if self.story && !simulated {
-            bail!(super::UsageError("only a simulated person tells the story: --story needs --link sim"));
+            bail!(super::UsageError(
+                "only a simulated person tells the story: --story needs --link sim"
+            ));
         }
         let record = match (&self.record, self.no_record || simulated) {
             (Some(file), _) => Some(file.clone()),
@@ -125,7 +132,11 @@ impl RunArgs {
         let stop = Arc::new(AtomicBool::new(false));
         stop_at_signal(Arc::clone(&stop))?;
         let plan = Plan {
-            library: self.library(json)?,
+            library: library(
+                &self.demonstrations,
+                config.recognition.false_alarm_rate,
+                json,
+            )?,
             config,
             link,
             story: self.story,
@@ -133,6 +144,7 @@ impl RunArgs {
             seconds: self.seconds,
             record,
             page: !self.no_page,
+            lsl: self.lsl,
             seed: self.seed,
             pace: self.pace,
             ask_passkey: Arc::new(ask_passkey),
@@ -144,25 +156,30 @@ impl RunArgs {
         let ran = run(plan, |url| served(url, json, open), teller(json))?;
         end(&ran, json)
     }
+}
 
-    fn library(&self, json: bool) -> anyhow::Result<Option<Arc<Library>>> {
-        if self.demonstrations.is_empty() {
-            return Ok(None);
-        }
-        let dofs = DOFS.map(str::to_owned);
-        let choice = Choice {
-            dofs: &dofs,
-            exclude: &[],
-        };
-        let mut all = Vec::new();
-        for file in &self.demonstrations {
-            all.extend(read(&Table::open(file)?, &choice)?);
-        }
-        let learning = Progress::spinner("learning", !json && stderr().is_terminal());
-        let library = Library::learn(&all)?;
-        learning.finish();
-        Ok(Some(Arc::new(library)))
+/// Learns from files; none from none.
+pub(crate) fn library(
+    files: &[PathBuf],
+    false_alarm_rate: f64,
+    json: bool,
+) -> anyhow::Result<Option<Arc<Library>>> {
+    if files.is_empty() {
+        return Ok(None);
     }
+    let dofs = DOFS.map(str::to_owned);
+    let choice = Choice {
+        dofs: &dofs,
+        exclude: &[],
+    };
+    let mut all = Vec::new();
+    for file in files {
+        all.extend(read(&Table::open(file)?, &choice)?);
+    }
+    let learning = Progress::spinner("learning", !json && stderr().is_terminal());
+    let library = Library::learn(&all, false_alarm_rate)?;
+    learning.finish();
+    Ok(Some(Arc::new(library)))
 }
 
 /// Asks at the terminal for the six digits that a wearable shows.
@@ -187,7 +204,9 @@ fn new_recording(config: &Config) -> anyhow::Result<PathBuf> {
 
 /// Ctrl-C and the system's wish to end set the flag; a second one ends at once.
 fn stop_at_signal(stop: Arc<AtomicBool>) -> anyhow::Result<()> {
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()?;
     let wait = move || {
         runtime.block_on(async {
             if signalled().await {
@@ -198,7 +217,9 @@ fn stop_at_signal(stop: Arc<AtomicBool>) -> anyhow::Result<()> {
             }
         });
     };
-    std::thread::Builder::new().name("signals".to_owned()).spawn(wait)?;
+    std::thread::Builder::new()
+        .name("signals".to_owned())
+        .spawn(wait)?;
     Ok(())
 }
 
@@ -240,7 +261,8 @@ fn teller(json: bool) -> impl FnMut(&View) + 'static {
             return;
         }
         let mut lines = String::new();
-        for message in view.messages.iter().filter(|message| message.at_us > told_us) {
+        let since_us = told_us;
+        for message in view.messages.iter().filter(|m| m.at_us > since_us) {
             told_us = message.at_us;
             lines.push_str(&line(message.at_us, &message.text));
         }
@@ -265,7 +287,10 @@ fn end(ran: &Ran, json: bool) -> anyhow::Result<()> {
         let file = ran.file.as_ref().map(|(path, file)| {
             json!({ "path": path, "bytes": file.bytes, "entries": file.entries, "dropped": file.dropped })
         });
-        say(&format!("{}\n", json!({ "story": ran.told, "recording": file })))?;
+        say(&format!(
+            "{}\n",
+            json!({ "story": ran.told, "recording": file })
+        ))?;
     } else {
         if let Some(told) = &ran.told {
             for (performed, recognised) in told.performed.iter().zip(&told.recognised) {
@@ -274,7 +299,11 @@ fn end(ran: &Ran, json: bool) -> anyhow::Result<()> {
             }
         }
         if let Some((path, file)) = &ran.file {
-            say(&format!("recorded {} ({} bytes)\n", path.display(), file.bytes))?;
+            say(&format!(
+                "recorded {} ({} bytes)\n",
+                path.display(),
+                file.bytes
+            ))?;
         }
     }
     match ran.told.as_ref().and_then(|told| told.stuck.as_ref()) {

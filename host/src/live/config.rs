@@ -23,6 +23,8 @@ pub struct EngineConfig {
     pub taught: bool,
     /// Whether the wearable is asked to send raw sEMG.
     pub raw: bool,
+    /// Share of known movements that may be held as unknown.
+    pub false_alarm_rate: f64,
     /// How movements are observed, decided on and commanded.
     pub session: SessionConfig,
     /// What the robot must keep to.

@@ -61,7 +61,10 @@ pub trait World {
 
 /// Demonstrations to learn from, apart from the engine.
 #[derive(Debug, Clone)]
-pub struct LearnJob(Vec<Demonstration>);
+pub struct LearnJob {
+    demonstrations: Vec<Demonstration>,
+    false_alarm_rate: f64,
+}
 
 impl LearnJob {
     /// Learns. The same demonstrations give the same library.
@@ -69,7 +72,8 @@ impl LearnJob {
     /// # Errors
     /// Why there is none, for people.
     pub fn run(&self) -> Result<Library, String> {
-        Library::learn(&self.0).map_err(|error| error.to_string())
+        Library::learn(&self.demonstrations, self.false_alarm_rate)
+            .map_err(|error| error.to_string())
     }
 }
 
@@ -212,11 +216,13 @@ impl Engine {
             if self.follow.advance(now_us) {
                 world.set(now_us, &self.follow.setpoint(), self.follow.gate.state());
             }
+            // Only inputs do anything but move the robot on its grid of milliseconds: a replay has no other moments.
             let changed = input.is_some_and(|input| {
                 world.took(now_us, &input);
-                self.take(session.as_mut(), input, world)
+                let changed = self.take(session.as_mut(), input, world);
+                self.routine(session.as_ref(), world);
+                changed
             });
-            self.routine(session.as_ref(), world);
             if now_us >= self.shown_us + SHOW_EVERY_US {
                 self.shown_us = now_us;
                 let view = self.view(session.as_mut());
@@ -443,7 +449,10 @@ impl Engine {
             return Err("nothing to learn from: record demonstrations first".to_owned());
         }
         self.learn_problem = None;
-        let job = LearnJob(demonstrations);
+        let job = LearnJob {
+            demonstrations,
+            false_alarm_rate: self.config.false_alarm_rate,
+        };
         self.learning = Some(job.clone());
         world.learn(job);
         Ok(())

@@ -8,8 +8,8 @@ use crate::robot::simulated::{MassError, SimulatedRobot};
 /// The gate's period, microseconds.
 const PERIOD_US: u64 = 1_000;
 const PERIOD_S: f64 = 1e-3;
-/// After a longer stall the robot is not simulated through it, microseconds: its time stood still.
-const LONGEST_STALL_US: u64 = 1_000_000;
+/// After a longer stall (a computer that slept) the robot is not simulated through it, microseconds: its time stood still.
+const LONGEST_STALL_US: u64 = 60_000_000;
 /// A real robot that has not told where it is for so long is nowhere, microseconds.
 const TELLS_WITHIN_US: u64 = 500_000;
 

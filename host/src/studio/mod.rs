@@ -1,5 +1,7 @@
 //! All of it joined: devices, engine, recording, page and robot.
 
+pub mod doctor;
+pub mod play;
 pub mod real;
 pub mod run;
 pub mod setup;

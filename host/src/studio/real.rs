@@ -6,8 +6,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use super::story::Story;
+use crate::broadcast::Speaker;
 use crate::library::Library;
-use crate::live::{Act, Injector, Input, Inputs, LearnJob, Plug, Request, View, World};
+use crate::live::{Act, Injector, Input, Inputs, LearnJob, Message, Plug, Request, View, World};
 use crate::page::Page;
 use crate::recording::{Entry, Recorder};
 use crate::robot::command::Command;
@@ -30,6 +31,7 @@ pub struct Real {
     wearable: Plug,
     page: Option<Page>,
     recorder: Option<Recorder>,
+    speaker: Option<Speaker>,
     story: Option<Story>,
     /// Acts of the story.
     acts: VecDeque<Act>,
@@ -52,6 +54,8 @@ pub struct Parts {
     pub page: Option<Page>,
     /// The file.
     pub recorder: Option<Recorder>,
+    /// Sends to other programs.
+    pub speaker: Option<Speaker>,
     /// Who presses the buttons in a simulation.
     pub story: Option<Story>,
     /// Set from outside to end the run.
@@ -83,6 +87,7 @@ impl Real {
             wearable: parts.wearable,
             page: parts.page,
             recorder: parts.recorder,
+            speaker: parts.speaker,
             story: parts.story,
             acts: VecDeque::new(),
             learnt: Learnt::default(),
@@ -132,6 +137,9 @@ impl World for Real {
     }
 
     fn took(&mut self, at_us: u64, input: &Input) {
+        if let Some(speaker) = &self.speaker {
+            speaker.take(at_us, input);
+        }
         if let Some(recorder) = &self.recorder {
             recorder.note(Entry::Input(crate::live::Timed {
                 at_us,
@@ -196,6 +204,12 @@ impl World for Real {
             self.acts.extend(story.look(&view));
             view.story = Some(story.text());
         }
+        let problem = self.speaker.as_ref().and_then(Speaker::problem);
+        view.messages.extend(problem.map(|text| Message {
+            at_us: view.at_us,
+            problem: true,
+            text: text.to_owned(),
+        }));
         view.file = self.recorder.as_ref().map(Recorder::state);
         if let Some(page) = &self.page {
             page.show(&view);

@@ -8,13 +8,14 @@ use std::thread::JoinHandle;
 use super::real::{Left, Parts, Real};
 use super::setup::{self, SetupError};
 use super::story::{Story, Told};
+use crate::broadcast::{Speaker, SpeakerError};
 use crate::config::Config;
 use crate::library::Library;
+use crate::link::ble::AskPasskey;
 use crate::live::{Act, Engine, EngineError, Input, Inputs, Port, SessionClock, View};
 use crate::page::{Page, PageError};
 use crate::recording::{Finished, Opening, ReadError, RecordError, Recorder};
-use crate::link::ble::AskPasskey;
-use crate::source::{LinkChoice, hand, myo, replay, serial, simulated, wearable};
+use crate::source::{LinkChoice, hand, lsl, myo, replay, serial, simulated, wearable};
 
 /// What is to run.
 pub struct Plan {
@@ -32,6 +33,8 @@ pub struct Plan {
     pub record: Option<PathBuf>,
     /// Whether there is a page.
     pub page: bool,
+    /// Whether envelopes and stiffness are sent to other programs by the lab streaming layer.
+    pub lsl: bool,
     /// Skills known before.
     pub library: Option<Arc<Library>>,
     /// Seed of what is simulated.
@@ -68,6 +71,9 @@ pub enum RunError {
     /// The file.
     #[error(transparent)]
     Record(#[from] RecordError),
+    /// The stream for other programs.
+    #[error(transparent)]
+    Speaker(#[from] SpeakerError),
     /// A recording in the wearable's place.
     #[error(transparent)]
     Replay(#[from] ReadError),
@@ -101,6 +107,10 @@ pub fn run(
     let mut engine = Engine::new(engine_config, body, plan.library.clone())?;
     let clock = SessionClock::start();
     let inputs = Inputs::new(clock);
+    let speaker = plan
+        .lsl
+        .then(|| Speaker::start(&plan.link.to_string(), clock));
+    let speaker = speaker.transpose()?;
     let injector = inputs.injector();
     let page = plan.page.then(|| {
         Page::serve(plan.config.page.port, move |act: Act| {
@@ -126,6 +136,7 @@ pub fn run(
         wearable: plug,
         page,
         recorder,
+        speaker,
         story: plan.story.then(Story::default),
         stop: plan.stop,
         #[allow(
@@ -195,7 +206,12 @@ fn start(plan: &Plan, port: Port) -> Result<JoinHandle<()>, RunError> {
             let boot_id = setup::random_boot_id();
             thread("armband", move || myo::run(&port, boot_id))
         }
-        LinkChoice::Lsl(_) => Err(RunError::Setup(SetupError::Lsl)),
+        LinkChoice::Lsl(name) => {
+            let (name, boot_id) = (name.clone(), setup::random_boot_id());
+            thread("LSL stream", move || {
+                lsl::run(&port, name.as_deref(), boot_id);
+            })
+        }
     }
 }
 

@@ -2,9 +2,9 @@
 
 use std::net::SocketAddr;
 
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use rand::TryRng;
 use rand::rngs::SysRng;
-use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
 use crate::clock::ClockConfig;
 use crate::config::Config;
@@ -31,9 +31,6 @@ pub enum SetupError {
     /// The address of the Leap service.
     #[error("[tracker] leap: {0}")]
     Leap(#[from] ServiceError),
-    /// Streams of the Lab Streaming Layer are not taken yet.
-    #[error("lsl is not built into this program yet: give another link")]
-    Lsl,
     /// The simulated robot.
     #[error(transparent)]
     Simulated(#[from] MassError),
@@ -100,6 +97,7 @@ pub fn engine(config: &Config, link: &LinkChoice) -> Result<EngineConfig, SetupE
         taught: *link == LinkChoice::Simulated
             || config.tracker != crate::config::Tracker::default(),
         raw: config.wearable.raw,
+        false_alarm_rate: config.recognition.false_alarm_rate,
         session: session(config),
         limits,
         fallback,
@@ -153,7 +151,8 @@ fn session(config: &Config) -> SessionConfig {
         stiffness_sigma: told.stiffness_sigma,
         use_semg: true,
         decide_at: told.decide_at,
-        decide_after: 2,
+        // A second of a movement: few demonstrations make its beginning look surer than it is.
+        decide_after: 5,
         act_within_m: told.act_within_mm * 1e-3,
         home_m: config.robot.home_m,
         home_stiffness_n_per_m: config.robot.fallback_n_per_m,
