@@ -113,7 +113,9 @@ impl RunArgs {
         };
         let simulated = link == LinkChoice::Simulated;
         if self.story && !simulated {
-            bail!(super::UsageError("only a simulated person tells the story: --story needs --link sim"));
+            bail!(super::UsageError(
+                "only a simulated person tells the story: --story needs --link sim"
+            ));
         }
         let record = match (&self.record, self.no_record || simulated) {
             (Some(file), _) => Some(file.clone()),
@@ -187,7 +189,9 @@ fn new_recording(config: &Config) -> anyhow::Result<PathBuf> {
 
 /// Ctrl-C and the system's wish to end set the flag; a second one ends at once.
 fn stop_at_signal(stop: Arc<AtomicBool>) -> anyhow::Result<()> {
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()?;
     let wait = move || {
         runtime.block_on(async {
             if signalled().await {
@@ -198,7 +202,9 @@ fn stop_at_signal(stop: Arc<AtomicBool>) -> anyhow::Result<()> {
             }
         });
     };
-    std::thread::Builder::new().name("signals".to_owned()).spawn(wait)?;
+    std::thread::Builder::new()
+        .name("signals".to_owned())
+        .spawn(wait)?;
     Ok(())
 }
 
@@ -240,7 +246,11 @@ fn teller(json: bool) -> impl FnMut(&View) + 'static {
             return;
         }
         let mut lines = String::new();
-        for message in view.messages.iter().filter(|message| message.at_us > told_us) {
+        for message in view
+            .messages
+            .iter()
+            .filter(|message| message.at_us > told_us)
+        {
             told_us = message.at_us;
             lines.push_str(&line(message.at_us, &message.text));
         }
@@ -265,7 +275,10 @@ fn end(ran: &Ran, json: bool) -> anyhow::Result<()> {
         let file = ran.file.as_ref().map(|(path, file)| {
             json!({ "path": path, "bytes": file.bytes, "entries": file.entries, "dropped": file.dropped })
         });
-        say(&format!("{}\n", json!({ "story": ran.told, "recording": file })))?;
+        say(&format!(
+            "{}\n",
+            json!({ "story": ran.told, "recording": file })
+        ))?;
     } else {
         if let Some(told) = &ran.told {
             for (performed, recognised) in told.performed.iter().zip(&told.recognised) {
@@ -274,7 +287,11 @@ fn end(ran: &Ran, json: bool) -> anyhow::Result<()> {
             }
         }
         if let Some((path, file)) = &ran.file {
-            say(&format!("recorded {} ({} bytes)\n", path.display(), file.bytes))?;
+            say(&format!(
+                "recorded {} ({} bytes)\n",
+                path.display(),
+                file.bytes
+            ))?;
         }
     }
     match ran.told.as_ref().and_then(|told| told.stuck.as_ref()) {

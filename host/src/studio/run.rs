@@ -10,10 +10,10 @@ use super::setup::{self, SetupError};
 use super::story::{Story, Told};
 use crate::config::Config;
 use crate::library::Library;
+use crate::link::ble::AskPasskey;
 use crate::live::{Act, Engine, EngineError, Input, Inputs, Port, SessionClock, View};
 use crate::page::{Page, PageError};
 use crate::recording::{Finished, Opening, ReadError, RecordError, Recorder};
-use crate::link::ble::AskPasskey;
 use crate::source::{LinkChoice, hand, myo, replay, serial, simulated, wearable};
 
 /// What is to run.

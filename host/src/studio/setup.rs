@@ -2,9 +2,9 @@
 
 use std::net::SocketAddr;
 
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use rand::TryRng;
 use rand::rngs::SysRng;
-use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
 use crate::clock::ClockConfig;
 use crate::config::Config;
