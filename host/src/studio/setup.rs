@@ -2,6 +2,7 @@
 
 use std::net::SocketAddr;
 
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use rand::TryRng;
 use rand::rngs::SysRng;
 
