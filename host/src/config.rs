@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::robot::limits::{ConfigError as LimitsError, Fallback, Limits};
+use crate::transform::{Shoulder, Stored};
 
 /// Its name in the directory of configurations.
 const FILE: &str = "tonus.toml";
@@ -53,10 +54,13 @@ pub struct Tracker {
     pub hand: String,
     /// Shortest delay from a picture to its arrival, ms: it cannot be observed.
     pub transport_ms: f64,
-    /// Where the shoulder frame (x forward, y left, z up) is in the tracker's: its origin, metres.
-    pub shoulder_m: [f64; 3],
-    /// And how it is turned: a unit quaternion, scalar last, from the tracker's axes to the shoulder's.
-    pub shoulder_xyzw: [f64; 4],
+    /// Where the shoulder is in the tracker's frame; without it, where that of a person of 1.75 m is who sits before the
+    /// tracker. `tonus teach --shoulder` measures it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shoulder: Option<Shoulder>,
+    /// From the tracker's frame to the robot's. `tonus teach --point ...` measures it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub robot: Option<Stored>,
 }
 
 /// `[recognition]`
@@ -69,6 +73,8 @@ pub struct Recognition {
     pub stiffness_sigma: f64,
     /// Posterior probability at which a skill counts as decided on.
     pub decide_at: f64,
+    /// Share of known movements that may be held as unknown: more of them are, and more of what is unknown is noticed.
+    pub false_alarm_rate: f64,
     /// The robot holds while where it should be is less sure than this, mm.
     pub act_within_mm: f64,
 }
@@ -79,6 +85,8 @@ pub struct Recognition {
 pub struct Robot {
     /// As `--robot`: `simulated` or `udp:HOST:PORT`.
     pub to: String,
+    /// Set-points a second for a controller elsewhere.
+    pub rate_hz: f64,
     /// Where its hand waits, base frame, metres.
     pub home_m: [f64; 3],
     /// Damping ratio of every command.
@@ -131,8 +139,8 @@ impl Default for Tracker {
             leap: "ws://127.0.0.1:6437".to_owned(),
             hand: "right".to_owned(),
             transport_ms: 10.0,
-            shoulder_m: [0.0; 3],
-            shoulder_xyzw: [0.0, 0.0, 0.0, 1.0],
+            shoulder: None,
+            robot: None,
         }
     }
 }
@@ -141,8 +149,9 @@ impl Default for Recognition {
     fn default() -> Self {
         Self {
             position_sigma_mm: 3.0,
-            stiffness_sigma: 0.05,
+            stiffness_sigma: 0.1,
             decide_at: 0.95,
+            false_alarm_rate: 0.05,
             act_within_mm: 60.0,
         }
     }
@@ -153,6 +162,7 @@ impl Default for Robot {
         let (limits, fallback) = (Limits::default(), Fallback::default());
         Self {
             to: "simulated".to_owned(),
+            rate_hz: 200.0,
             home_m: [0.40, 0.0, 0.45],
             damping_ratio: 1.0,
             stiffness_n_per_m: limits.stiffness_n_per_m,
@@ -360,6 +370,13 @@ impl Config {
                 1.0,
             ),
             (
+                "recognition.false_alarm_rate",
+                told.false_alarm_rate,
+                "0.001 to 0.5",
+                1e-3,
+                0.5,
+            ),
+            (
                 "recognition.act_within_mm",
                 told.act_within_mm,
                 "1 to 1000 mm",
@@ -376,23 +393,6 @@ impl Config {
         ] {
             range(key, value, expected, within(value, low, high))?;
         }
-        for metres in self.tracker.shoulder_m {
-            let fine = within(metres, -10.0, 10.0);
-            range("tracker.shoulder_m", metres, "metres within 10", fine)?;
-        }
-        let norm = self
-            .tracker
-            .shoulder_xyzw
-            .iter()
-            .map(|x| x * x)
-            .sum::<f64>();
-        let fine = within(norm, 0.99, 1.01);
-        range(
-            "tracker.shoulder_xyzw, its norm,",
-            norm.sqrt(),
-            "a unit quaternion",
-            fine,
-        )?;
         if !["right", "left", "either"].contains(&self.tracker.hand.as_str()) {
             return Err(ConfigError::Value {
                 file: file.to_owned(),
@@ -459,10 +459,6 @@ mod tests {
             (
                 "[tracker]\nhand = \"third\"",
                 ["tracker.hand is \"third\"", "\"either\""],
-            ),
-            (
-                "[tracker]\nshoulder_xyzw = [0, 0, 0, 0]",
-                ["shoulder_xyzw", "unit quaternion"],
             ),
             ("[robot]\nspeed_m_per_s = -1.0", ["[robot]", "speed"]),
             (

@@ -3,6 +3,7 @@
 
 pub mod atomic;
 pub mod baseline;
+pub mod broadcast;
 pub mod calibration;
 pub mod clock;
 pub mod config;
@@ -27,3 +28,4 @@ mod statistics;
 pub mod store;
 pub mod studio;
 pub mod table;
+pub mod transform;

@@ -8,10 +8,6 @@ use tonus_shared::promp::{Basis, BasisError};
 
 /// Basis functions of each DoF: the fastest thing in two seconds takes about a fifth of one.
 const BASIS_FUNCTIONS: usize = 20;
-/// Share of known movements that may be held as unknown at any time: more than is seen among so few demonstrations, since
-/// the robot is held until the movement ends.
-const FALSE_ALARM_RATE: f64 = 0.005;
-
 /// What is learnt before anything is followed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Library {
@@ -39,11 +35,16 @@ pub enum LibraryError {
 }
 
 impl Library {
-    /// Learns skills and gate from demonstrations of [`DOFS`], in their order.
+    /// Learns skills and gate from demonstrations of [`DOFS`], in their order. `false_alarm_rate`: share of known movements
+    /// that may be held as unknown at any time; less than the demonstrations can show is extrapolated, and lets more pass
+    /// that is unknown.
     ///
     /// # Errors
     /// [`LibraryError`]; among others, fewer demonstrations of a skill than the gate needs.
-    pub fn learn(demonstrations: &[Demonstration]) -> Result<Self, LibraryError> {
+    pub fn learn(
+        demonstrations: &[Demonstration],
+        false_alarm_rate: f64,
+    ) -> Result<Self, LibraryError> {
         let dofs = DOFS.iter().map(|name| {
             if name.contains("_k") {
                 Dof::stiffness(*name)
@@ -60,7 +61,7 @@ impl Library {
             .count();
         let watched = GateConfig {
             throughout: true,
-            false_alarm_rate: FALSE_ALARM_RATE,
+            false_alarm_rate,
             ..GateConfig::of(seen)
         };
         Ok(Self {

@@ -114,20 +114,23 @@ ROOMS = {
         # The running program as a function of its inputs.
         "live": {"calibration", "clock", "demonstration", "library", "model", "robot", "session", "store", "transform"},
         # Devices that give inputs: each a thread of its own.
-        "source": {"leap", "link", "live", "robot", "simulate"},
+        "source": {"leap", "link", "live", "recording", "robot", "simulate"},
         # Measures a person: levels, co-contraction, joint stiffness; and whether the wearable sits as it did.
         "calibration": {"statistics"},
         # From the tracker's frame to the robot's.
         "transform": set(),
         # What happened, on disk.
         "recording": {"atomic", "live", "robot"},
+        # The wearable's stream for other programs.
+        "broadcast": {"clock", "live"},
         # Recordings for other programs.
-        "export": {"atomic", "clock", "live", "recording", "robot"},
+        "export": {"atomic", "clock", "demonstration", "library", "live", "recording", "robot", "session"},
         # What is seen, in a browser.
         "page": {"live"},
-        "config": {"robot"},
+        "config": {"robot", "transform"},
         # All of it joined: threads, files, page.
-        "studio": {"calibration", "config", "leap", "link", "live", "page", "recording", "robot", "simulate", "source", "store"},
+        "studio": {"broadcast", "calibration", "clock", "config", "leap", "library", "link", "live", "page", "recording", "robot", "session",
+                   "simulate", "source", "store", "transform"},
         "demo": {"demonstration", "library", "link", "model", "robot", "session", "simulate"},
         # Other methods on the same demonstrations, for comparison: nothing stands on them but the experiments.
         "baseline": {"demonstration", "model", "statistics"},

@@ -22,7 +22,7 @@ HERE = Path(__file__).resolve().parent
 PICTURES = HERE.parents[1] / "target" / "page"
 SIZES = [(1280, 800), (1920, 1080)]
 THEMES = ["light", "dark"]
-LABELS = ["lift_book", "lift_bottle", "lift_filter"]
+LABELS = ["lift_filter", "lift_bottle", "hand_over"]
 LAYOUT = (HERE / "layout.js").read_text()
 CONTRAST = (HERE / "contrast.js").read_text()
 PLANTED = {
@@ -80,6 +80,7 @@ def the_page_alone(tab, address):
     tab.wait(f"!document.body.classList.contains('stale')", "the page is live")
     looked_at(tab, "begin")
     check_the_measures(tab)
+    story.raw(tab)
     for step in ("connect", "record", "train", "follow"):
         tab.click(f"step-{step}")
         looked_at(tab, f"empty-{step}")
@@ -209,6 +210,7 @@ def stand(command):
         tab.size(*SIZES[0], THEMES[0])
         tab.open(address)
         tab.wait(f"!document.body.classList.contains('stale')", "the page is live")
+        story.raw(tab)
         looked_at(tab, "eight-channels")
         nothing_left_the_machine(tab, address)
         print("eight channels fit")
@@ -219,7 +221,7 @@ def story_alone(command):
         tab.size(*SIZES[0], THEMES[0])
         tab.open(address)
         try:
-            print("recognised:", story.whole(tab, LABELS, each=4, seconds=3.0))
+            print("recognised:", story.whole(tab, LABELS, each=5, seconds=5.2))
             nothing_left_the_machine(tab, address)
         finally:
             tab.picture(PICTURES / "story.png")

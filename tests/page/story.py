@@ -9,7 +9,6 @@ from browser import find, until
 # A step of a calibration by a simulated person, and learning, take at most so long.
 MEASURED_S = 60.0
 LEARNT_S = 120.0
-RECOGNISED_S = 120.0
 
 
 def calibrate(tab, name):
@@ -79,25 +78,36 @@ def unfold(tab, item):
         tab.click(f"demonstration-{item}-head")
 
 
-def kept_s(tab, item):
-    """How much of a demonstration is kept, as the program says."""
-    return float(tab.value(f"{find(f'demonstration-{item}-head')}.lastChild.textContent").split()[0])
+def lasts_s(tab, item):
+    """How much of a demonstration is kept, and all of it, as the program says."""
+    kept, _, whole = tab.value(f"{find(f'demonstration-{item}-head')}.lastChild.textContent").split()[:3]
+    return float(kept), float(whole)
 
 
 def trim(tab, item):
     """By number at its begin, by handle at its end: the program must say both back."""
     unfold(tab, item)
-    whole_s = kept_s(tab, item)
-    tab.write(f"demonstration-{item}-from", "0.20")
-    until(lambda: abs(kept_s(tab, item) - (whole_s - 0.2)) < 0.02, "the begin is trimmed by 0.2 s")
+    kept_s, whole_s = lasts_s(tab, item)
+    from_s, to_s = (float(field(tab, f"demonstration-{item}-{name}")) for name in ("from", "to"))
+    tab.write(f"demonstration-{item}-from", f"{from_s + 0.2:.2f}")
+    until(lambda: abs(lasts_s(tab, item)[0] - (kept_s - 0.2)) < 0.02, "the begin is trimmed by 0.2 s")
     left, right, y = tab.value(f"""(() => {{
         const box = {find(f'demonstration-{item}-curve')}.getBoundingClientRect();
-        return [box.left, box.right, box.top + box.height / 2];
+        return [box.left + 34, box.right - 8, box.top + box.height / 2];
     }})()""")
-    tab.drag((right - 8, y), (right - 8 - 0.2 * (right - left - 42), y))
-    until(lambda: abs(kept_s(tab, item) - (0.8 * whole_s - 0.2)) < 0.05, "the end is trimmed by a fifth")
-    kept_to = float(field(tab, f"demonstration-{item}-to"))
-    assert abs(kept_to - 0.8 * whole_s) < 0.05, f"the field says {kept_to} s"
+    place = lambda t_s: (left + (right - left) * t_s / whole_s, y)
+    tab.drag(place(to_s), place(to_s - 0.3))
+    until(lambda: abs(lasts_s(tab, item)[0] - (kept_s - 0.5)) < 0.05, "the end is trimmed by 0.3 s")
+    now_s = float(field(tab, f"demonstration-{item}-to"))
+    assert abs(now_s - (to_s - 0.3)) < 0.05, f"the field says {now_s} s"
+
+
+def raw(tab):
+    """Raw sEMG is sent when it is wanted."""
+    assert tab.text("raw") == "Show" and tab.visible("raw-empty")
+    tab.click("raw")
+    tab.wait_text("raw", "Stop")
+    tab.wait(f"Boolean({find('chart-raw')}.querySelector('canvas')) && {find('raw-scale')}.textContent.includes('µV')", "raw sEMG is drawn")
 
 
 def relabel(tab, item, label):
@@ -140,11 +150,19 @@ def state(tab):
 
 
 def recognise(tab, labels):
-    """Until a movement is decided on while the robot follows; which one."""
+    """Asks for movements until one is decided on while the robot follows; what is said of it."""
     decided = f"{find('verdict')}.dataset.kind === 'decided' && {find('robot')}.dataset.state === 'following' && {find('verdict')}.textContent"
-    said = tab.wait(decided, "a movement is recognised and followed", RECOGNISED_S)
-    assert said.split(",")[0] in labels, f"{said!r} names one of {json.dumps(labels)}"
-    return said
+    for attempt in range(6):
+        tab.wait(f"{find('verdict')}.dataset.kind === 'still'", "the hand is at rest", 30)
+        tab.write("ask-label", labels[attempt % len(labels)])
+        tab.click("ask")
+        try:
+            said = tab.wait(decided, "a movement is recognised and followed", 15)
+        except AssertionError:
+            continue
+        assert said.split(",")[0] in labels, f"{said!r} names one of {json.dumps(labels)}"
+        return said
+    raise AssertionError("no movement of six is recognised and followed")
 
 
 def disarm(tab, key, focus):
@@ -154,6 +172,7 @@ def disarm(tab, key, focus):
 
 
 def whole(tab, labels, each, seconds):
+    raw(tab)
     calibrate(tab, "ada")
     check_fit(tab)
     for label in labels:

@@ -3,7 +3,7 @@
 
 use proptest::prelude::*;
 use std::f64::consts::FRAC_PI_2;
-use tonus::simulate::arm::{Arm, ArmError, JOINTS, READY_RAD};
+use tonus::robot::arm::{Arm, ArmError, JOINTS, READY_RAD};
 use tonus::simulate::scripted::{HOME_M, in_robot_frame};
 use tonus::simulate::skills::{Skill, minimum_jerk};
 use tonus::simulate::teleoperation::{Teleoperation, TeleoperationConfig, TeleoperationError};

@@ -108,13 +108,16 @@ pub enum LslError {
 }
 
 impl Lsl {
-    /// Loads the library from this file, or, without one, from where the system's loader finds it.
+    /// Loads the library from this file; without one, from what `TONUS_LSL` names, or from where the system's loader
+    /// finds it.
     ///
     /// # Errors
     /// [`LslError::Absent`] and [`LslError::Foreign`].
     pub fn load(path: Option<&Path>) -> Result<Self, LslError> {
+        let named = std::env::var_os("TONUS_LSL").filter(|named| !named.is_empty());
+        let path = path.map(Path::to_owned).or(named.map(PathBuf::from));
         let names: Vec<PathBuf> = match path {
-            Some(path) => vec![path.to_owned()],
+            Some(path) => vec![path],
             None => NAMES.iter().map(PathBuf::from).collect(),
         };
         let mut why = Vec::new();

@@ -3,6 +3,7 @@
 //! Exit code 0 is success, 1 a failure on data or files, 2 a command line that makes no sense.
 
 mod demo;
+mod doctor;
 mod envelope;
 mod eval;
 mod experiment;
@@ -10,12 +11,16 @@ mod export;
 mod hand;
 mod infer;
 mod info;
+mod latency;
 mod listen;
 mod options;
+mod play;
 mod progress;
+mod record;
 mod recover;
 mod run;
 mod scan;
+mod teach;
 mod train;
 mod unlabelled;
 mod view;
@@ -47,7 +52,9 @@ struct Tonus {
 
 #[derive(Subcommand)]
 enum Verb {
+    Calibrate(record::CalibrateArgs),
     Demo(demo::DemoArgs),
+    Doctor(doctor::DoctorArgs),
     Envelope(envelope::EnvelopeArgs),
     Eval(eval::EvalArgs),
     Experiment(experiment::ExperimentArgs),
@@ -55,10 +62,14 @@ enum Verb {
     Hand(hand::HandArgs),
     Infer(infer::InferArgs),
     Info(info::InfoArgs),
+    Latency(latency::LatencyArgs),
     Listen(listen::ListenArgs),
+    Play(play::PlayArgs),
+    Record(record::RecordArgs),
     Recover(recover::RecoverArgs),
     Run(run::RunArgs),
     Scan(scan::ScanArgs),
+    Teach(teach::TeachArgs),
     Train(train::TrainArgs),
 }
 
@@ -83,7 +94,9 @@ fn run(Tonus { json, verb }: Tonus) -> anyhow::Result<()> {
         return run::RunArgs::first().run(json);
     };
     match verb {
+        Verb::Calibrate(args) => args.run(json),
         Verb::Demo(args) => args.run(json),
+        Verb::Doctor(args) => args.run(json),
         Verb::Envelope(args) => args.run(json),
         Verb::Eval(args) => args.run(json),
         Verb::Experiment(args) => args.run(json),
@@ -91,10 +104,14 @@ fn run(Tonus { json, verb }: Tonus) -> anyhow::Result<()> {
         Verb::Hand(args) => args.run(json),
         Verb::Infer(args) => args.run(json),
         Verb::Info(args) => args.run(json),
+        Verb::Latency(args) => args.run(json),
         Verb::Listen(args) => args.run(json),
+        Verb::Play(args) => args.run(json),
+        Verb::Record(args) => args.run(json),
         Verb::Recover(args) => args.run(json),
         Verb::Run(args) => args.run(json),
         Verb::Scan(args) => args.run(json),
+        Verb::Teach(args) => args.run(json),
         Verb::Train(args) => args.run(json),
     }
 }

@@ -13,7 +13,9 @@ use tonus::library::Library;
 use tonus::live::View;
 use tonus::session::DOFS;
 use tonus::source::LinkChoice;
+use tonus::studio::hands::Hands;
 use tonus::studio::run::{Plan, Ran, run};
+use tonus::studio::story::Story;
 use tonus::table::Table;
 
 use super::options::positive;
@@ -60,6 +62,9 @@ pub(crate) struct RunArgs {
     /// Serve no page.
     #[arg(long)]
     no_page: bool,
+    /// Send envelopes and stiffness to other programs as a stream of the lab streaming layer (needs liblsl).
+    #[arg(long)]
+    lsl: bool,
     /// Open no browser.
     #[arg(long)]
     no_browser: bool,
@@ -90,6 +95,7 @@ impl RunArgs {
             no_record: true,
             port: None,
             no_page: false,
+            lsl: false,
             no_browser: false,
             story: true,
             seconds: None,
@@ -111,6 +117,7 @@ impl RunArgs {
             Some(link) => link,
             None => config.wearable.link.parse().context("[wearable] link")?,
         };
+        config.wearable.link = link.to_string();
         let simulated = link == LinkChoice::Simulated;
         if self.story && !simulated {
             bail!(super::UsageError(
@@ -127,14 +134,19 @@ impl RunArgs {
         let stop = Arc::new(AtomicBool::new(false));
         stop_at_signal(Arc::clone(&stop))?;
         let plan = Plan {
-            library: self.library(json)?,
+            library: library(
+                &self.demonstrations,
+                config.recognition.false_alarm_rate,
+                json,
+            )?,
             config,
             link,
-            story: self.story,
-            ends_with_story: self.story && !watched,
+            hands: (self.story).then(|| Box::new(Story::default()) as Box<dyn Hands>),
+            ends_with_hands: self.story && !watched,
             seconds: self.seconds,
             record,
             page: !self.no_page,
+            lsl: self.lsl,
             seed: self.seed,
             pace: self.pace,
             ask_passkey: Arc::new(ask_passkey),
@@ -146,29 +158,34 @@ impl RunArgs {
         let ran = run(plan, |url| served(url, json, open), teller(json))?;
         end(&ran, json)
     }
+}
 
-    fn library(&self, json: bool) -> anyhow::Result<Option<Arc<Library>>> {
-        if self.demonstrations.is_empty() {
-            return Ok(None);
-        }
-        let dofs = DOFS.map(str::to_owned);
-        let choice = Choice {
-            dofs: &dofs,
-            exclude: &[],
-        };
-        let mut all = Vec::new();
-        for file in &self.demonstrations {
-            all.extend(read(&Table::open(file)?, &choice)?);
-        }
-        let learning = Progress::spinner("learning", !json && stderr().is_terminal());
-        let library = Library::learn(&all)?;
-        learning.finish();
-        Ok(Some(Arc::new(library)))
+/// Learns from files; none from none.
+pub(crate) fn library(
+    files: &[PathBuf],
+    false_alarm_rate: f64,
+    json: bool,
+) -> anyhow::Result<Option<Arc<Library>>> {
+    if files.is_empty() {
+        return Ok(None);
     }
+    let dofs = DOFS.map(str::to_owned);
+    let choice = Choice {
+        dofs: &dofs,
+        exclude: &[],
+    };
+    let mut all = Vec::new();
+    for file in files {
+        all.extend(read(&Table::open(file)?, &choice)?);
+    }
+    let learning = Progress::spinner("learning", !json && stderr().is_terminal());
+    let library = Library::learn(&all, false_alarm_rate)?;
+    learning.finish();
+    Ok(Some(Arc::new(library)))
 }
 
 /// Asks at the terminal for the six digits that a wearable shows.
-fn ask_passkey(name: &str) -> Option<u32> {
+pub(crate) fn ask_passkey(name: &str) -> Option<u32> {
     if !stdin().is_terminal() {
         return None;
     }
@@ -188,7 +205,7 @@ fn new_recording(config: &Config) -> anyhow::Result<PathBuf> {
 }
 
 /// Ctrl-C and the system's wish to end set the flag; a second one ends at once.
-fn stop_at_signal(stop: Arc<AtomicBool>) -> anyhow::Result<()> {
+pub(crate) fn stop_at_signal(stop: Arc<AtomicBool>) -> anyhow::Result<()> {
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()?;
@@ -246,11 +263,8 @@ fn teller(json: bool) -> impl FnMut(&View) + 'static {
             return;
         }
         let mut lines = String::new();
-        for message in view
-            .messages
-            .iter()
-            .filter(|message| message.at_us > told_us)
-        {
+        let since_us = told_us;
+        for message in view.messages.iter().filter(|m| m.at_us > since_us) {
             told_us = message.at_us;
             lines.push_str(&line(message.at_us, &message.text));
         }

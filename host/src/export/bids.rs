@@ -59,50 +59,13 @@ pub fn write_bids(recording: &Path, folder: &Path) -> Result<Written, ExportErro
     let file = emg.join(format!("{stem}_emg.{}", edf.extension()));
     atomic::write_with(&file, |out| edf.write(&mut BufWriter::new(out))).map_err(at(&file))?;
 
-    let named = format!("emg/{stem}_emg.{}", edf.extension());
-    let texts = [
-        (
-            folder.join("dataset_description.json"),
-            pretty(&description(&scans)),
-        ),
-        (folder.join("README"), readme()),
-        (
-            folder.join("participants.tsv"),
-            participants(&scans, &label),
-        ),
-        (
-            folder.join("participants.json"),
-            pretty(&participants_columns()),
-        ),
-        (
-            person.join(format!("sub-{label}_scans.tsv")),
-            format!(
-                "filename\tacq_time\n{named}\t{}\n",
-                acquired(edf.start_unix_us)
-            ),
-        ),
-        (
-            emg.join(format!("{stem}_emg.json")),
-            pretty(&sidecar(&scans, &edf)),
-        ),
-        (emg.join(format!("{stem}_channels.tsv")), channels(&scans)),
-        (
-            emg.join(format!("{stem}_events.tsv")),
-            events_table(&events),
-        ),
-        (
-            emg.join(format!("{stem}_events.json")),
-            pretty(&events_columns()),
-        ),
-        (
-            emg.join(format!("sub-{label}_electrodes.tsv")),
-            electrodes(&scans),
-        ),
-        (
-            emg.join(format!("sub-{label}_coordsystem.json")),
-            pretty(&coordinates()),
-        ),
-    ];
+    let texts = (texts_of_all(&scans, &label).into_iter())
+        .map(|(name, text)| (folder.join(name), text))
+        .chain(
+            texts_of_signals(&scans, &edf, &events, &label)
+                .into_iter()
+                .map(|(name, text)| (person.join(name), text)),
+        );
     for (path, text) in texts {
         atomic::write(&path, text.as_bytes()).map_err(at(&path))?;
     }
@@ -113,6 +76,44 @@ pub fn write_bids(recording: &Path, folder: &Path) -> Result<Written, ExportErro
         missing: scans.gaps.iter().map(|gap| gap.scans).sum(),
         demonstrations: scans.demonstrations.len(),
     })
+}
+
+/// Names of files of the dataset, and what they say.
+fn texts_of_all(scans: &Scans, label: &str) -> Vec<(&'static str, String)> {
+    vec![
+        ("dataset_description.json", pretty(&description(scans))),
+        ("README", readme()),
+        ("participants.tsv", participants(scans, label)),
+        ("participants.json", pretty(&participants_columns())),
+    ]
+}
+
+/// Names of files of the person, and what they say.
+fn texts_of_signals(
+    scans: &Scans,
+    edf: &Edf<'_>,
+    events: &[Annotation],
+    label: &str,
+) -> Vec<(String, String)> {
+    let stem = format!("emg/sub-{label}_task-{TASK}");
+    let of_person = format!("emg/sub-{label}");
+    let acquired = format!(
+        "filename\tacq_time\n{stem}_emg.{}\t{}\n",
+        edf.extension(),
+        acquired(edf.start_unix_us)
+    );
+    vec![
+        (format!("sub-{label}_scans.tsv"), acquired),
+        (format!("{stem}_emg.json"), pretty(&sidecar(scans, edf))),
+        (format!("{stem}_channels.tsv"), channels(scans)),
+        (format!("{stem}_events.tsv"), events_table(events)),
+        (format!("{stem}_events.json"), pretty(&events_columns())),
+        (format!("{of_person}_electrodes.tsv"), electrodes(scans)),
+        (
+            format!("{of_person}_coordsystem.json"),
+            pretty(&coordinates()),
+        ),
+    ]
 }
 
 /// Letters and digits of the person's name; BIDS allows no others.

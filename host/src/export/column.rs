@@ -67,6 +67,12 @@ fn three(
 
 /// The columns of a row, in the order of its cells. `muscles` are the channels in use.
 pub(super) fn columns(muscles: &[Muscle]) -> Vec<Column> {
+    let mut all = of_stream(muscles);
+    of_newest(&mut all);
+    all
+}
+
+fn of_stream(muscles: &[Muscle]) -> Vec<Column> {
     let mut all = vec![
         column(
             "t_s",
@@ -112,8 +118,12 @@ pub(super) fn columns(muscles: &[Muscle]) -> Vec<Column> {
         "1",
         "what the values rest on, bits as in docs/wire.md",
     ));
+    all
+}
+
+fn of_newest(all: &mut Vec<Column>) {
     three(
-        &mut all,
+        all,
         "hand_",
         "_m",
         "m",
@@ -125,28 +135,28 @@ pub(super) fn columns(muscles: &[Muscle]) -> Vec<Column> {
         "when that picture was taken, session time",
     ));
     three(
-        &mut all,
+        all,
         "robot_",
         "_m",
         "m",
         "where the robot said that it is, base frame",
     );
     let kept = "stiffness that the robot said it keeps";
-    three(&mut all, "robot_k", "_n_per_m", "N/m", kept);
+    three(all, "robot_k", "_n_per_m", "N/m", kept);
     all.push(column(
         "robot_measured_s",
         "s",
         "when it was there, session time",
     ));
     three(
-        &mut all,
+        all,
         "setpoint_",
         "_m",
         "m",
         "where the gate told the robot to be, base frame",
     );
     three(
-        &mut all,
+        all,
         "setpoint_k",
         "_n_per_m",
         "N/m",
@@ -161,5 +171,4 @@ pub(super) fn columns(muscles: &[Muscle]) -> Vec<Column> {
         "skill",
         "what was decided on; `unknown` for none of the skills",
     ));
-    all
 }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
+use crate::live::EngineError;
 use crate::recording::ReadError;
 
 /// Why a recording cannot be exported.
@@ -20,6 +21,9 @@ pub enum ExportError {
         /// What failed.
         source: std::io::Error,
     },
+    /// The engine that joins demonstrations does not start.
+    #[error(transparent)]
+    Engine(Box<EngineError>),
     /// The folder is not empty.
     #[error("{}: holds files already: name a new folder", .path.display())]
     NotEmpty {

@@ -3,6 +3,7 @@
 mod bids;
 mod column;
 mod columnar;
+mod demonstrations;
 mod edf;
 mod error;
 mod lines;
@@ -12,6 +13,7 @@ mod scans;
 pub use bids::{Written, write_bids};
 pub use column::{Cell, Column};
 pub use columnar::write_parquet;
+pub use demonstrations::{Demonstrated, write_demonstrations};
 pub use edf::{Annotation, Edf, Signal};
 pub use error::ExportError;
 pub use lines::write_csv;

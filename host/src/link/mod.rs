@@ -2,6 +2,7 @@
 
 pub mod ble;
 pub mod bridge;
+pub mod lsl;
 pub mod myo;
 pub mod serial;
 pub mod simulated;

@@ -5,7 +5,6 @@
 
 use std::sync::Arc;
 
-use nalgebra::Point3;
 use tonus_shared::onset::OnsetConfig;
 use tonus_shared::wire::Packet;
 
@@ -61,7 +60,10 @@ pub trait World {
 
 /// Demonstrations to learn from, apart from the engine.
 #[derive(Debug, Clone)]
-pub struct LearnJob(Vec<Demonstration>);
+pub struct LearnJob {
+    demonstrations: Vec<Demonstration>,
+    false_alarm_rate: f64,
+}
 
 impl LearnJob {
     /// Learns. The same demonstrations give the same library.
@@ -69,7 +71,8 @@ impl LearnJob {
     /// # Errors
     /// Why there is none, for people.
     pub fn run(&self) -> Result<Library, String> {
-        Library::learn(&self.0).map_err(|error| error.to_string())
+        Library::learn(&self.demonstrations, self.false_alarm_rate)
+            .map_err(|error| error.to_string())
     }
 }
 
@@ -100,6 +103,8 @@ pub struct Engine {
     pub(super) wearable: Wearable,
     /// The newest picture with the hand, shoulder frame.
     pub(super) hand: Option<HandSeen>,
+    /// The same in the robot's base frame, if that was taught.
+    pub(super) hand_in_robot_m: Option<[f64; 3]>,
     pub(super) follow: Follow,
     pub(super) calibrating: Calibrating,
     pub(super) take: Option<Take>,
@@ -151,6 +156,7 @@ impl Engine {
             linked: None,
             tracker: None,
             hand: None,
+            hand_in_robot_m: None,
             calibrating: Calibrating::default(),
             take: None,
             kept: Vec::new(),
@@ -212,11 +218,13 @@ impl Engine {
             if self.follow.advance(now_us) {
                 world.set(now_us, &self.follow.setpoint(), self.follow.gate.state());
             }
+            // Only inputs do anything but move the robot on its grid of milliseconds: a replay has no other moments.
             let changed = input.is_some_and(|input| {
                 world.took(now_us, &input);
-                self.take(session.as_mut(), input, world)
+                let changed = self.take(session.as_mut(), input, world);
+                self.routine(session.as_ref(), world);
+                changed
             });
-            self.routine(session.as_ref(), world);
             if now_us >= self.shown_us + SHOW_EVERY_US {
                 self.shown_us = now_us;
                 let view = self.view(session.as_mut());
@@ -309,7 +317,9 @@ impl Engine {
     ) {
         let now_us = self.now_us;
         let placed = hand.map(|hand| HandSeen {
-            position_m: (self.config.shoulder * Point3::from(hand.position_m)).into(),
+            position_m: self.config.shoulder.map_or(hand.position_m, |shoulder| {
+                shoulder.point_m(hand.position_m)
+            }),
             ..hand
         });
         let (exposed_us, position_m) = match placed {
@@ -323,6 +333,10 @@ impl Engine {
                 world.ask(now_us, Request::Frame(frame));
             }
         }
+        self.hand_in_robot_m = hand.and_then(|hand| {
+            let transform = self.config.tracker_to_robot.as_ref()?;
+            Some(transform.point_m(hand.position_m))
+        });
         self.hand = placed;
         let Some(hand) = placed else { return };
         if let Some(take) = &mut self.take {
@@ -443,7 +457,10 @@ impl Engine {
             return Err("nothing to learn from: record demonstrations first".to_owned());
         }
         self.learn_problem = None;
-        let job = LearnJob(demonstrations);
+        let job = LearnJob {
+            demonstrations,
+            false_alarm_rate: self.config.false_alarm_rate,
+        };
         self.learning = Some(job.clone());
         world.learn(job);
         Ok(())

@@ -4,8 +4,8 @@ use std::collections::VecDeque;
 
 use super::view::LatencyView;
 
-/// Ages that are kept: ten seconds of commands.
-const KEPT: usize = 1_000;
+/// Ages that are kept: half a minute of commands.
+const KEPT: usize = 3_000;
 
 /// The newest ages.
 #[derive(Debug, Default)]
@@ -47,14 +47,14 @@ mod tests {
     fn quantiles_of_the_newest() {
         let mut latencies = Latencies::default();
         assert_eq!(latencies.view(), None);
-        for _ in 0..500 {
+        for _ in 0..5_000 {
             latencies.add(1_000_000);
         }
-        for ms in 1..=1_000 {
+        for ms in 1..=3_000 {
             latencies.add(ms * 1_000);
         }
         let view = latencies.view().unwrap();
-        assert_eq!((view.p50_ms, view.p99_ms), (501.0, 991.0));
-        assert_eq!(view.commands, 1_500);
+        assert_eq!((view.p50_ms, view.p99_ms), (1_501.0, 2_971.0));
+        assert_eq!(view.commands, 8_000);
     }
 }

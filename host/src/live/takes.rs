@@ -2,6 +2,7 @@
 
 use tonus_shared::onset::{MotionEdge, OnsetConfig, OnsetDetector};
 
+use super::engine::Engine;
 use super::view::{DemonstrationView, RecordingView};
 use crate::demonstration::{Demonstration, DemonstrationError};
 use crate::session::DOFS;
@@ -274,6 +275,24 @@ impl Kept {
             speed_t_s,
             problem: self.demonstration().err().map(|error| error.to_string()),
         }
+    }
+}
+
+impl Engine {
+    /// Every demonstration that is kept, as it is learnt from; and why others cannot be.
+    #[must_use]
+    pub fn demonstrations(&self) -> (Vec<Demonstration>, Vec<String>) {
+        let (mut good, mut problems) = (Vec::new(), Vec::new());
+        for kept in &self.kept {
+            match kept.demonstration() {
+                Ok(demonstration) => good.push(demonstration),
+                Err(error) => problems.push(format!(
+                    "demonstration {} ({}): {error}",
+                    kept.id, kept.label
+                )),
+            }
+        }
+        (good, problems)
     }
 }
 

@@ -5,7 +5,9 @@
 //! Command --offer--> Gate --tick (1 kHz)--> Setpoint --step--> robot (simulated here)
 //! ```
 
+pub mod arm;
 pub mod command;
 pub mod gate;
 pub mod limits;
 pub mod simulated;
+pub mod udp;

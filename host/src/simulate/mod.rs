@@ -11,7 +11,6 @@
 //! [`difficulty`] holds the simulator to its word: how well the best possible recogniser does on the
 //! simulator's own true densities.
 
-pub mod arm;
 pub mod demonstrations;
 pub mod difficulty;
 pub mod emg;

@@ -10,8 +10,8 @@
 //! `(D s^2 + P s + I) / ((1 + D) s^2 + P s + I)`: a time constant of about `(1 + D) / P`, 70 ms with the default
 //! gains. Gains and arm are our own choice: the paper names neither.
 
-use super::arm::{Arm, ArmError, JOINTS, READY_RAD};
 use super::scripted::HOME_M;
+use crate::robot::arm::{Arm, ArmError, JOINTS, READY_RAD};
 
 /// Gains of the controller, alike for the three axes, and where the tool starts.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -6,6 +6,7 @@
 mod backoff;
 mod choice;
 pub mod hand;
+pub mod lsl;
 pub mod myo;
 pub mod replay;
 pub mod serial;

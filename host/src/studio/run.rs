@@ -5,16 +5,18 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::thread::JoinHandle;
 
+use super::hands::Hands;
 use super::real::{Left, Parts, Real};
 use super::setup::{self, SetupError};
-use super::story::{Story, Told};
+use super::story::Told;
+use crate::broadcast::{Speaker, SpeakerError};
 use crate::config::Config;
 use crate::library::Library;
 use crate::link::ble::AskPasskey;
 use crate::live::{Act, Engine, EngineError, Input, Inputs, Port, SessionClock, View};
 use crate::page::{Page, PageError};
 use crate::recording::{Finished, Opening, ReadError, RecordError, Recorder};
-use crate::source::{LinkChoice, hand, myo, replay, serial, simulated, wearable};
+use crate::source::{LinkChoice, hand, lsl, myo, replay, serial, simulated, wearable};
 
 /// What is to run.
 pub struct Plan {
@@ -22,16 +24,18 @@ pub struct Plan {
     pub config: Config,
     /// Instead of the wearable that the configuration names.
     pub link: LinkChoice,
-    /// Whether a simulated person tells the whole story.
-    pub story: bool,
-    /// Whether the run ends with the story.
-    pub ends_with_story: bool,
+    /// Who presses the buttons beside the page.
+    pub hands: Option<Box<dyn Hands>>,
+    /// Whether the run ends when they are done.
+    pub ends_with_hands: bool,
     /// The run ends then, seconds.
     pub seconds: Option<f64>,
     /// Where it is recorded.
     pub record: Option<PathBuf>,
     /// Whether there is a page.
     pub page: bool,
+    /// Whether envelopes and stiffness are sent to other programs by the lab streaming layer.
+    pub lsl: bool,
     /// Skills known before.
     pub library: Option<Arc<Library>>,
     /// Seed of what is simulated.
@@ -68,6 +72,9 @@ pub enum RunError {
     /// The file.
     #[error(transparent)]
     Record(#[from] RecordError),
+    /// The stream for other programs.
+    #[error(transparent)]
+    Speaker(#[from] SpeakerError),
     /// A recording in the wearable's place.
     #[error(transparent)]
     Replay(#[from] ReadError),
@@ -101,6 +108,10 @@ pub fn run(
     let mut engine = Engine::new(engine_config, body, plan.library.clone())?;
     let clock = SessionClock::start();
     let inputs = Inputs::new(clock);
+    let speaker = plan
+        .lsl
+        .then(|| Speaker::start(&plan.link.to_string(), clock));
+    let speaker = speaker.transpose()?;
     let injector = inputs.injector();
     let page = plan.page.then(|| {
         Page::serve(plan.config.page.port, move |act: Act| {
@@ -126,7 +137,9 @@ pub fn run(
         wearable: plug,
         page,
         recorder,
-        story: plan.story.then(Story::default),
+        speaker,
+        robot: setup::controller(&plan.config)?,
+        hands: plan.hands,
         stop: plan.stop,
         #[allow(
             clippy::cast_possible_truncation,
@@ -134,11 +147,11 @@ pub fn run(
             reason = "checked on the command line"
         )]
         end_us: plan.seconds.map(|seconds| (seconds * 1e6) as u64),
-        ends_with_story: plan.ends_with_story,
+        ends_with_hands: plan.ends_with_hands,
         watch: Box::new(watch),
     });
     let outcome = engine.run(&mut world);
-    let Left { story, file } = world.finish();
+    let Left { hands, file } = world.finish();
     for plug in &plugs {
         plug.stop();
     }
@@ -148,7 +161,7 @@ pub fn run(
     }
     outcome?;
     Ok(Ran {
-        told: story.map(|story| story.told()),
+        told: hands.and_then(|hands| hands.told()),
         file: plan.record.zip(file.transpose()?),
     })
 }
@@ -195,7 +208,12 @@ fn start(plan: &Plan, port: Port) -> Result<JoinHandle<()>, RunError> {
             let boot_id = setup::random_boot_id();
             thread("armband", move || myo::run(&port, boot_id))
         }
-        LinkChoice::Lsl(_) => Err(RunError::Setup(SetupError::Lsl)),
+        LinkChoice::Lsl(name) => {
+            let (name, boot_id) = (name.clone(), setup::random_boot_id());
+            thread("LSL stream", move || {
+                lsl::run(&port, name.as_deref(), boot_id);
+            })
+        }
     }
 }
 

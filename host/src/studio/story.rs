@@ -7,7 +7,7 @@ use crate::live::{Act, Person, View};
 
 /// Skills of the story and how often each is shown.
 const SHOWN: [&str; 3] = ["lift_filter", "lift_bottle", "hand_over"];
-const TIMES: usize = 4;
+const TIMES: usize = 5;
 /// What is performed once the robot follows; the last is in no demonstration.
 const PERFORMED: [&str; 6] = [
     "lift_bottle",
@@ -182,17 +182,13 @@ impl Story {
         };
         let began_us = self.moving.get_or_insert(view.at_us);
         let lasted_us = view.at_us - *began_us;
-        let decided = recognition
-            .decision
-            .as_ref()
+        let best = (recognition.labels.iter().zip(&recognition.posterior))
+            .max_by(|a, b| a.1.total_cmp(b.1))
             .filter(|_| !recognition.unknown);
-        if let Some(slot) = self
-            .found
-            .get_mut(number)
-            .filter(|_| lasted_us >= self.longest_us)
-        {
+        let slot = self.found.get_mut(number);
+        if let Some(slot) = slot.filter(|_| lasted_us >= self.longest_us) {
             self.longest_us = lasted_us;
-            *slot = decided.map(|(label, _)| label.clone());
+            *slot = best.map(|(label, _)| label.clone());
         }
     }
 

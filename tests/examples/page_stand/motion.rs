@@ -101,8 +101,8 @@ impl Muscles {
         0.03 + (0.35 * moving + 0.8 * effort) * (0.75 + 0.25 * (pace * t_s).sin()) / pace
     }
 
-    /// All samples since the call before.
-    pub(crate) fn trace(&mut self, at_us: u64, effort: f64) -> Trace {
+    /// All samples since the call before, with or without raw ones.
+    pub(crate) fn trace(&mut self, at_us: u64, effort: f64, raw: bool) -> Trace {
         let mut trace = Trace {
             envelopes: vec![Vec::new(); self.channels],
             stiffness_n_per_m: vec![Vec::new(); 3],
@@ -114,12 +114,16 @@ impl Muscles {
             for channel in 0..self.channels {
                 let level = self.envelope(channel, t_s, effort);
                 let white: f64 = self.noise.random_range(-1.0..1.0);
-                trace.raw_uv[channel].push((900.0 * level * white) as f32);
+                if raw {
+                    trace.raw_uv[channel].push((900.0 * level * white) as f32);
+                }
                 if self.scans.is_multiple_of(10) {
                     trace.envelopes[channel].push(level as f32);
                 }
             }
-            trace.raw_t_s.push(t_s);
+            if raw {
+                trace.raw_t_s.push(t_s);
+            }
             if self.scans.is_multiple_of(10) {
                 let stiffness = self.stiffness(t_s, effort);
                 for (row, value) in trace.stiffness_n_per_m.iter_mut().zip(stiffness) {

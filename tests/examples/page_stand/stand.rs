@@ -39,6 +39,7 @@ pub(crate) struct Stand {
     /// The newest movement in it.
     told: usize,
     messages: Vec<Message>,
+    sends_raw: bool,
 }
 
 impl Stand {
@@ -57,6 +58,7 @@ impl Stand {
             history: Vec::new(),
             told: 0,
             messages: Vec::new(),
+            sends_raw: false,
         }
     }
 
@@ -83,6 +85,8 @@ impl Stand {
             Act::Label { id, label } => self.change(id, |it| it.label = label),
             Act::Discard { id } => self.demonstrations.retain(|each| each.id != id),
             Act::Train => self.learning_since_s = Some(self.now_s),
+            Act::Ask { label } => self.tell(false, &format!("Asked for {label}.")),
+            Act::Raw { on } => self.sends_raw = on,
             Act::Arm => self.arm(),
             Act::Disarm if self.armed => {
                 self.armed = false;
@@ -152,7 +156,7 @@ impl Stand {
             return;
         }
         self.learning_since_s = None;
-        let mut skills: Vec<(String, usize)> = Vec::new();
+        let mut skills: Vec<(String, u32)> = Vec::new();
         for each in &self.demonstrations {
             match skills.iter_mut().find(|(label, _)| *label == each.label) {
                 Some((_, count)) => *count += 1,
@@ -192,7 +196,7 @@ impl Stand {
                 taught: true,
             },
             semg: Some(self.semg(effort)),
-            trace: self.muscles.trace(at_us, effort),
+            trace: self.muscles.trace(at_us, effort, self.sends_raw),
             hand: Some(HandView {
                 position_m: motion::hand_m(share.unwrap_or(0.0)),
                 age_ms: 9.0,

@@ -119,9 +119,12 @@ fn intervals_of_95_percent_hold_as_many_of_200_people() {
     println!(
         "95 % intervals hold {inside:?} of {PEOPLE}; widths {std:.3?} (of logarithms, one sigma); {left_out} loads left out"
     );
+    let pooled = inside.iter().sum::<usize>() as f64 / (PEOPLE * PARAMETERS) as f64;
+    assert!((0.90..=0.98).contains(&pooled), "{pooled}");
+    // One parameter of 200 people varies by chance: 0.95 passes for 0.88 or 0.995 once in ten thousand.
     for (at, inside) in inside.into_iter().enumerate() {
         let share = inside as f64 / PEOPLE as f64;
-        assert!((0.90..=0.98).contains(&share), "parameter {at}: {share}");
+        assert!((0.88..=0.995).contains(&share), "parameter {at}: {share}");
     }
     assert!(left_out <= 4, "sound loads are kept");
 }

@@ -165,5 +165,6 @@ fn an_armband_that_sits_as_it_did_passes_and_one_that_is_turned_does_not() {
     );
     assert!(found == turned, "{found} of {turned}");
     assert!(named == dead, "{named} of {dead}");
-    assert!(10 * passed >= 8 * sound, "{passed} of {sound}");
+    // Free gestures vary: one repeat of eight is louder in one channel by a factor of seven with nothing moved.
+    assert!(8 * passed >= 7 * sound, "{passed} of {sound}");
 }

@@ -4,40 +4,15 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use serde_json::Value;
-use tonus::live::{Act, HandSeen, Input, RobotSeen, Timed};
-use tonus::recording::{Entry, Recorder};
-use tonus_shared::wire::{Configuration, Header, Muscle, Packet, RawSemg, Stream};
-use tonus_tests::frames::{bytes_of, golden_stream};
+use tonus::live::{Act, HandSeen, Input, RobotSeen};
+use tonus_shared::wire::{Packet, RawSemg, Stream};
+use tonus_tests::frames::golden_stream;
 
-use crate::child;
+use crate::sent::{DEVICE_US, Sender, configuration};
 
-const BOOT: u32 = 0xB007;
-/// The wearable's clock when the session began.
-const DEVICE_US: u64 = 7_000_000;
-/// A packet takes so long.
-const DELAY_US: u64 = 3000;
 /// Scans of a raw packet; one is sent every 20 ms.
 const SCANS: u32 = 20;
 const PACKETS: u32 = 150;
-
-/// Scale of the recording: ten microvolts a count is much, so that numbers are easily checked.
-fn configuration(microvolts_per_count: f32) -> Configuration {
-    let mut muscles = [Muscle::Absent; 8];
-    muscles[0] = Muscle::BicepsShort;
-    muscles[1] = Muscle::TricepsLong;
-    Configuration {
-        semg_hz: 1000.0,
-        stream_hz: 100.0,
-        volts_per_count: microvolts_per_count * 1e-6,
-        offset_counts: 100,
-        chain_delay_us: 30_000,
-        channels: 2,
-        muscles,
-        mains_hz: Some(50),
-        raw: true,
-        firmware_hash: [0; 8],
-    }
-}
 
 /// Both channels count their scans: upwards, and downwards twice as fast.
 fn counts(scan: u32) -> [i32; 2] {
@@ -45,37 +20,11 @@ fn counts(scan: u32) -> [i32; 2] {
     [100 + at, 100 - 2 * at]
 }
 
-struct Sender {
-    entries: Vec<(u64, Input)>,
-    sequence: u32,
-}
-
-impl Sender {
-    /// Sends at this device time; it comes `DELAY_US` and `late_us` after.
-    fn send(&mut self, device_us: u64, packet: &Packet, late_us: u64) {
-        let header = Header {
-            boot_id: BOOT,
-            sequence: self.sequence,
-            device_us,
-        };
-        self.sequence += 1;
-        let at_us = device_us - DEVICE_US + DELAY_US + late_us;
-        let bytes = bytes_of(&header, packet).expect("a sound packet");
-        self.entries.push((at_us, Input::Frame(bytes)));
-    }
-}
-
 /// Three seconds: packets 60 to 64 are lost, packet 80 comes behind the next two.
 fn record(path: &Path, microvolts_per_count: f32) {
-    let mut sender = Sender {
-        entries: vec![(
-            0,
-            Input::Act(Act::Record {
-                label: "lift".to_owned(),
-            }),
-        )],
-        sequence: 0,
-    };
+    let mut sender = Sender::default();
+    let label = "lift".to_owned();
+    (sender.entries).push((0, Input::Act(Act::Record { label })));
     let configuration = configuration(microvolts_per_count);
     sender.send(DEVICE_US, &Packet::Configuration(configuration), 0);
     for packet in 0..PACKETS {
@@ -122,15 +71,10 @@ fn record(path: &Path, microvolts_per_count: f32) {
             sender.entries.push((2_000_500, Input::Act(Act::Stop)));
         }
     }
-    sender.entries.sort_by_key(|(at_us, _)| *at_us);
-    let recorder = Recorder::create(path, &child::opening()).expect("a new file");
-    for (at_us, input) in sender.entries {
-        recorder.note(Entry::Input(Timed { at_us, input }));
-    }
-    recorder.finish().expect("written");
+    sender.record(path);
 }
 
-fn export(recording: &Path, output: &Path) -> Value {
+pub(crate) fn export(recording: &Path, output: &Path) -> Value {
     let output = Command::new(tonus_tests::program())
         .arg("export")
         .arg(recording)
@@ -197,7 +141,14 @@ print(json.dumps({
 fn tables_hold_every_stream_packet_with_the_newest_of_the_rest() {
     let (folder, recording) = fresh(0.1);
     let (lines, columns) = (folder.path().join("s.csv"), folder.path().join("s.parquet"));
-    assert_eq!(export(&recording, &lines)["rows"], 150);
+    let told = export(&recording, &lines);
+    assert_eq!(told["rows"], 150);
+    // One picture of the hand is no demonstration, and it is said.
+    assert_eq!(told["demonstrations"]["demonstrations"], 0);
+    assert_eq!(
+        told["demonstrations"]["problems"].as_array().map(Vec::len),
+        Some(1)
+    );
     assert_eq!(export(&recording, &columns)["rows"], 150);
     let seen = python(READ_TABLES, &[&lines, &columns]);
     assert_eq!(seen["rows"], 150);

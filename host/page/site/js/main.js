@@ -2,7 +2,7 @@
 
 import { announce } from "./announce.js";
 import { calibration, setUpCalibration } from "./calibration.js";
-import { at, facts, flag, number, say, show } from "./dom.js";
+import { at, flag, say, show } from "./dom.js";
 import { connect as connectStep, health } from "./health.js";
 import { messages, refused } from "./messages.js";
 import { muscles } from "./muscles.js";
@@ -10,7 +10,7 @@ import { connect, on } from "./program.js";
 import { recognition } from "./recognition.js";
 import { record, setUpRecord } from "./record.js";
 import { follow, robot, setUpRobot } from "./robot.js";
-import { signals } from "./signals.js";
+import { setUpSignals, signals } from "./signals.js";
 import { space } from "./space.js";
 import { setUpTrain, train } from "./train.js";
 import { setUpWork, work } from "./work.js";
@@ -35,22 +35,12 @@ function setUpTheme() {
   tell();
 }
 
-function followFacts(view) {
-  const { robot: it, recognition: seen } = view;
-  const spot = (point) => point.map((v) => number(v, 3)).join(", ");
-  facts(at("follow-facts"), [
-    ["Told to be at, m", it.joints_m.length > 0 ? spot(it.setpoint_m) : "–"],
-    ["Evidence is", it.age_ms === null ? "–" : `${number(it.age_ms)} ms old`],
-    ["Refused commands", String(it.refused), false],
-    ["Recognised", seen ? `${seen.history.filter(Boolean).length} of ${seen.history.length} movements named` : "–"],
-  ]);
-}
-
-const PARTS = [work, robot, follow, followFacts, muscles, signals, space, recognition, health, connectStep, calibration, record, train, messages];
+const PARTS = [work, robot, follow, muscles, signals, space, recognition, health, connectStep, calibration, record, train, messages];
 
 setUpTheme();
 setUpWork();
 setUpRobot();
+setUpSignals();
 setUpCalibration();
 setUpRecord();
 setUpTrain();

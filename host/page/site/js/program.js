@@ -7,6 +7,7 @@ const RETRY_MS = 500;
 const MOST_TRACES = 400;
 
 const OLD = "The program shows nothing new: what you see is old.";
+const NOTHING = "Connected, but the program has shown nothing yet.";
 const LOST = "The connection to the program is lost: what you see is old, and nothing can be sent from here, not even Disarm. "
   + "If the robot moves, stop it by its own switch. Trying again …";
 const REFUSED = "The program does not take this window: it was started anew, or eight windows are open. Open the address that it printed.";
@@ -105,7 +106,9 @@ function seen(view = waiting) {
 
 function watch() {
   if (document.hidden) seen();
-  if (state === "" && performance.now() - newest > STALE_MS) connection(OLD);
+  if (performance.now() - newest < STALE_MS) return;
+  if (state === "") connection(OLD);
+  if (state === null && socket?.readyState === WebSocket.OPEN) connection(NOTHING);
 }
 
 function connection(text) {

@@ -2,7 +2,7 @@
 
 import { at, attribute, children, enable, flag, make, number, say, sayIfAny, show } from "./dom.js";
 import { act } from "./program.js";
-import { Curve } from "./trim.js";
+import { Curve, LEAST_S } from "./trim.js";
 
 /** So long a second press on Discard counts, ms. */
 const SURE_MS = 4000;
@@ -92,8 +92,10 @@ class Item {
     this.remove.addEventListener("click", () => this.discard());
   }
 
-  trim([from_s, to_s]) {
-    if (Number.isFinite(from_s) && Number.isFinite(to_s) && from_s < to_s) {
+  /** Fields and handles know hundredths of a second: the very end may lie before the last of them. */
+  trim([from_s, wanted_s]) {
+    const to_s = Math.min(wanted_s, this.shown.seconds);
+    if (Number.isFinite(from_s) && Number.isFinite(to_s) && from_s + LEAST_S <= to_s) {
       this.curve.keep([from_s, to_s]);
       act("trim", { id: this.id, from_s, to_s });
     } else {

@@ -1,7 +1,7 @@
 // The robot's state, arming by a click alone, disarming by one key at any time.
 
 import { announce } from "./announce.js";
-import { at, attribute, enable, say, sayIfAny } from "./dom.js";
+import { at, attribute, enable, facts, number, say, sayIfAny, show } from "./dom.js";
 import { act } from "./program.js";
 
 const STATES = {
@@ -29,6 +29,10 @@ function onKey(event) {
 export function setUpRobot() {
   at("arm").addEventListener("click", () => act("arm"));
   at("disarm").addEventListener("click", disarm);
+  at("ask-form").addEventListener("submit", (event) => {
+    event.preventDefault();
+    act("ask", { label: at("ask-label").value.trim() });
+  });
   document.addEventListener("keydown", onKey, { capture: true });
   // Browsers press a focused button when Space is let go.
   document.addEventListener("keyup", (event) => {
@@ -49,10 +53,18 @@ export function robot(view) {
   announce(`Robot: ${words}`, { topic: "robot", urgent: it.state === "falling_back" });
 }
 
-/** The robot's part of the last step. */
+/** The last step: what comes next, what the robot is told, and in the simulation what the person is asked for. */
 export function follow(view) {
-  const { robot: it, library } = view;
+  const { robot: it, library, recognition } = view;
   sayIfAny(at("follow-next"), next(it, library));
+  const spot = (point) => point.map((v) => number(v, 3)).join(", ");
+  facts(at("follow-facts"), [
+    ["Told to be at, m", it.joints_m.length > 0 ? spot(it.setpoint_m) : "–"],
+    ["Evidence is", it.age_ms === null ? "–" : `${number(it.age_ms)} ms old`],
+    ["Refused commands", String(it.refused)],
+    ["Recognised", recognition ? `${recognition.history.filter(Boolean).length} of ${recognition.history.length} movements named` : "–"],
+  ]);
+  show(at("ask-form"), view.link.link === "sim" && library.skills.length > 0);
 }
 
 function next(it, library) {

@@ -1,7 +1,8 @@
 // Signals over time: envelopes, raw sEMG, the arm's stiffness, the robot's stiffness and what is expected of it.
 
 import uPlot from "/vendor/uPlot.esm.js";
-import { at, colour, number, say, show } from "./dom.js";
+import { at, colour, flag, number, say, show } from "./dom.js";
+import { act } from "./program.js";
 
 /** How far back charts reach, and how far the robot's goes ahead, s. */
 const BACK_S = 10;
@@ -125,6 +126,9 @@ const AXES = ["x", "y", "z"];
 
 function drawRaw(now_s) {
   const present = raw.t.length > 0;
+  say(at("raw"), present ? "Stop" : "Show");
+  at("raw").setAttribute("aria-label", present ? "Stop raw sEMG" : "Show raw sEMG");
+  flag(at("raw-panel"), "many", raw.rows.length > 4 && present);
   show(at("raw-empty"), !present);
   show(at("chart-raw"), present);
   if (!present) {
@@ -182,6 +186,11 @@ function legend(node, values, more = "") {
     node.append(swatch, `${name} ${number(value)} `);
   });
   node.append("N/m", more && ` · ${more}`);
+}
+
+/** Raw sEMG is sent when somebody wants to see it: it takes most of a link's room. */
+export function setUpSignals() {
+  at("raw").addEventListener("click", () => act("raw", { on: raw.t.length === 0 }));
 }
 
 /** Takes every view's signals; draws every other time, which is ten times a second. */

@@ -5,7 +5,7 @@ import { colour, number } from "./dom.js";
 const MARGIN = { left: 34, right: 8, top: 8, bottom: 20 };
 const FONT = "11px system-ui, sans-serif";
 /** The kept part is at least so long, s. */
-const LEAST_S = 0.05;
+export const LEAST_S = 0.1;
 
 export class Curve {
   /** `trimmed` is called with `[from_s, to_s]` when a handle is let go. */

@@ -1,5 +1,4 @@
-//! Properties of the robot's safety gate under commands, ages and faults of every kind.
-#![allow(missing_docs, reason = "test suite")]
+//! Properties under commands, ages and faults of every kind.
 
 use proptest::prelude::*;
 use tonus::robot::command::{Command, Quality};

@@ -1,18 +1,19 @@
 //! The simulated robot arm: seven joints, read from `arm.urdf` beside this file, by the crate `k`.
 //!
-//! Base frame: x forward, y left, z up, as in [`super::scripted`]. Only the tool's position counts; its
+//! Base frame: x forward, y left, z up, as of all commands. Only the tool's position counts; its
 //! orientation is left free, as the method models translations alone, so four of the seven joints' freedoms are
 //! redundant and pull gently towards [`READY_RAD`].
 
 use k::InverseKinematicsSolver;
 use k::urdf::link_to_joint_map;
 
+use super::DESCRIPTION;
+
 /// Joints of the arm.
 pub const JOINTS: usize = 7;
 /// The posture in the middle of the workspace, in front of the base with a bent elbow: radians.
 pub const READY_RAD: [f64; JOINTS] = [0.0, 0.0, 0.0, 2.1, 0.0, 0.6, 0.0];
 
-const DESCRIPTION: &str = include_str!("arm.urdf");
 /// Inverse kinematics is done when the tool is this close, metres: far below a hand's trembling.
 const CLOSE_M: f64 = 1e-5;
 /// Orientation is not asked for, so any angle is close enough.

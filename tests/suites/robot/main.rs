@@ -1,0 +1,10 @@
+//! Robots: the documented receiver of set-points, run as a person would, and the simulated arm's speed.
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    missing_docs,
+    reason = "test suite"
+)]
+
+mod receiver;
+mod speed;
