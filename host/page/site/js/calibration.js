@@ -7,7 +7,7 @@ import { act } from "./program.js";
 
 /** Whose calibration was in use: the form opens and folds when that changes, and when somebody wants. */
 let inUse;
-const JOINTS = ["shoulder 1", "shoulder 2", "shoulder 3", "elbow"];
+const JOINTS = ["shoulder flexion", "shoulder sideways", "upper arm turn", "elbow flexion"];
 
 export function setUpCalibration() {
   at("person").addEventListener("submit", (event) => {
@@ -90,10 +90,10 @@ function result(found, channels) {
   node.dataset.text = text;
   const name = (i) => channels[i]?.muscle ?? `channel ${i + 1}`;
   const levels = table(["Muscle", "Rest, µV", "Maximum, µV"], found.rest_uv.map((rest, i) => [name(i), give(rest, 1), found.mvc_uv[i] ? give(found.mvc_uv[i], 0) : "–"]));
-  const arm = table(["Stiffness", "Value ± s.d."], [
+  const arm = table(["Stiffness at rest, gain", "Value ± s.d."], [
     ["gain l1", give(found.l1, 2)],
     ["slope l2", give(found.l2, 2)],
-    ...found.rest_stiffness_nm_per_rad.map((joint, i) => [`${JOINTS[i]} at rest, N m/rad`, give(joint, 1)]),
+    ...found.rest_stiffness_nm_per_rad.map((joint, i) => [`${JOINTS[i]}, N m/rad`, give(joint, 1)]),
     ["left over, mm", number(found.residual_mm, 1)],
   ]);
   const notes = found.notes.map((note) => make("p", { class: "note" }, note));

@@ -118,7 +118,7 @@ function signed(t) {
 function upwards(least, label, from = -BACK_S, to = 0) {
   return () => {
     const { scales, x } = seconds(from, to);
-    return { scales: { ...scales, y: { range: (_, __, most) => [0, Math.max(least, 1.1 * (most ?? 0))] } }, axes: [x, axis({ size: 42, space: 28, label })] };
+    return { scales: { ...scales, y: { range: (_, __, most) => [0, Math.max(least, 1.1 * (most ?? 0))] } }, axes: [x, axis({ size: 42, space: 18, label })] };
   };
 }
 
