@@ -2,7 +2,6 @@
 
 use std::net::SocketAddr;
 
-use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use rand::TryRng;
 use rand::rngs::SysRng;
 
