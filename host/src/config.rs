@@ -2,6 +2,8 @@
 //!
 //! `tonus doctor` shows where it is looked for, and the whole of it as it is in use.
 
+mod check;
+
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -317,157 +319,7 @@ impl Config {
         };
         (limits, fallback)
     }
-
-    fn check(&self, file: &Path) -> Result<(), ConfigError> {
-        let range = |key, value: f64, expected, fine: bool| {
-            if fine {
-                return Ok(());
-            }
-            Err(ConfigError::Value {
-                file: file.to_owned(),
-                key,
-                got: value.to_string(),
-                expected,
-            })
-        };
-        let within = |value: f64, low: f64, high: f64| (low..=high).contains(&value);
-        let delay = "0 to 1000 ms";
-        let told = self.recognition.clone();
-        for (key, value, expected, low, high) in [
-            (
-                "wearable.transport_ms",
-                self.wearable.transport_ms,
-                delay,
-                0.0,
-                1e3,
-            ),
-            (
-                "tracker.transport_ms",
-                self.tracker.transport_ms,
-                delay,
-                0.0,
-                1e3,
-            ),
-            (
-                "recognition.position_sigma_mm",
-                told.position_sigma_mm,
-                "0.01 to 100 mm",
-                0.01,
-                100.0,
-            ),
-            (
-                "recognition.stiffness_sigma",
-                told.stiffness_sigma,
-                "0.001 to 1",
-                1e-3,
-                1.0,
-            ),
-            (
-                "recognition.decide_at",
-                told.decide_at,
-                "0.5 to 1",
-                0.5,
-                1.0,
-            ),
-            (
-                "recognition.false_alarm_rate",
-                told.false_alarm_rate,
-                "0.001 to 0.5",
-                1e-3,
-                0.5,
-            ),
-            (
-                "recognition.act_within_mm",
-                told.act_within_mm,
-                "1 to 1000 mm",
-                1.0,
-                1e3,
-            ),
-            (
-                "robot.damping_ratio",
-                self.robot.damping_ratio,
-                "0.5 to 1.5",
-                0.5,
-                1.5,
-            ),
-        ] {
-            range(key, value, expected, within(value, low, high))?;
-        }
-        if !["right", "left", "either"].contains(&self.tracker.hand.as_str()) {
-            return Err(ConfigError::Value {
-                file: file.to_owned(),
-                key: "tracker.hand",
-                got: format!("\"{}\"", self.tracker.hand),
-                expected: "\"right\", \"left\" or \"either\"",
-            });
-        }
-        let (limits, fallback) = self.limits();
-        let checked = limits.check(&fallback, &self.robot.home_m);
-        checked.map_err(|source| ConfigError::Limits {
-            file: file.to_owned(),
-            source,
-        })
-    }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn refused(text: &str) -> String {
-        let refusal = Config::parse(text, Path::new("x.toml")).unwrap_err();
-        refusal.to_string()
-    }
-
-    #[test]
-    fn an_empty_file_is_the_defaults_and_their_text_gives_them_back() {
-        let empty = Config::parse("", Path::new("x.toml")).unwrap();
-        assert_eq!(empty, Config::default());
-        let again = Config::parse(&empty.text(), Path::new("x.toml")).unwrap();
-        assert_eq!(again, empty);
-    }
-
-    #[test]
-    fn a_part_of_a_table_leaves_the_rest() {
-        let config = Config::parse("[robot]\nto = \"udp:10.0.0.2:5005\"", Path::new("x")).unwrap();
-        assert_eq!(config.robot.to, "udp:10.0.0.2:5005");
-        assert_eq!(config.robot.home_m, Robot::default().home_m);
-    }
-
-    #[test]
-    fn errors_name_file_line_and_key() {
-        let unknown = refused("[robot]\nspeed = 3");
-        assert!(
-            unknown.starts_with("x.toml: ") && unknown.contains("line 2"),
-            "{unknown}"
-        );
-        assert!(
-            unknown.contains("`speed`") && unknown.contains("speed_m_per_s"),
-            "{unknown}"
-        );
-        let typed = refused("[page]\nport = \"high\"");
-        assert!(typed.contains("line 2") && typed.contains("u16"), "{typed}");
-        for (text, parts) in [
-            (
-                "[recognition]\ndecide_at = 1.5",
-                ["recognition.decide_at is 1.5", "0.5 to 1"],
-            ),
-            (
-                "[wearable]\ntransport_ms = nan",
-                ["wearable.transport_ms is NaN", "0 to 1000"],
-            ),
-            (
-                "[tracker]\nhand = \"third\"",
-                ["tracker.hand is \"third\"", "\"either\""],
-            ),
-            ("[robot]\nspeed_m_per_s = -1.0", ["[robot]", "speed"]),
-            (
-                "[robot]\nhome_m = [5, 0, 0]",
-                ["[robot]", "outside the limits"],
-            ),
-        ] {
-            let refusal = refused(text);
-            assert!(parts.iter().all(|part| refusal.contains(part)), "{refusal}");
-        }
-    }
-}
+mod tests;
