@@ -1,5 +1,6 @@
 //! Files that are there whole or not at all.
 
+use std::fs::File;
 use std::io::Write;
 use std::path::Path;
 
@@ -16,8 +17,19 @@ pub fn write(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     {
         return std::fs::write(path, bytes);
     }
+    write_with(path, |file| file.write_all(bytes))
+}
+
+/// Writes a file piece by piece so that an interruption or an error leaves the old one or the new one.
+///
+/// # Errors
+/// What `fill` says, or the system.
+pub fn write_with<E: From<std::io::Error>>(
+    path: &Path,
+    fill: impl FnOnce(&mut File) -> Result<(), E>,
+) -> Result<(), E> {
     let mut file = readable().tempfile_in(folder_of(path))?;
-    file.write_all(bytes)?;
+    fill(file.as_file_mut())?;
     file.as_file().sync_all()?;
     file.persist(path).map_err(|failed| failed.error)?;
     Ok(())

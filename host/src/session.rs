@@ -178,6 +178,31 @@ impl<'m> Session<'m> {
         self.watchman.as_ref()?.report()
     }
 
+    /// Phase of the movement under way at a time; `None` at rest.
+    #[must_use]
+    pub fn phase(&self, at_us: u64) -> Option<f64> {
+        self.follower.phase(at_us)
+    }
+
+    /// What the skills, weighted by their posteriors, expect at a time; `None` at rest.
+    ///
+    /// # Errors
+    /// [`SessionError::Recognise`] for what the model cannot foretell.
+    pub fn foretell(&mut self, at_us: u64) -> Result<Option<Foretold>, SessionError> {
+        let Some(robot) = self.expected(at_us)? else {
+            return Ok(None);
+        };
+        let mut hand = [None; 3];
+        for (axis, slot) in hand.iter_mut().enumerate() {
+            *slot = self.follower.expected(self.dofs[HAND + axis], at_us)?;
+        }
+        let [Some(x), Some(y), Some(z)] = hand else {
+            return Ok(None);
+        };
+        let hand = [x, y, z];
+        Ok(Some(Foretold { hand, robot }))
+    }
+
     /// Whether the movement under way is none of the library's.
     #[must_use]
     pub fn unknown(&self) -> bool {
@@ -381,6 +406,15 @@ impl<'m> Session<'m> {
         self.commands = self.commands.wrapping_add(1);
         Ok(command)
     }
+}
+
+/// What is expected at one instant, axis by axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Foretold {
+    /// The hand's place, metres.
+    pub hand: [Prediction; 3],
+    /// The robot's place, metres, and stiffness, N/m.
+    pub robot: [(Prediction, Prediction); 3],
 }
 
 /// Place and firmness of the robot on one axis.

@@ -20,6 +20,9 @@ from bumble.transport.common import AsyncPipeSink
 WEARABLE = hci.Address("C7:0A:70:5E:00:01", hci.Address.RANDOM_DEVICE_ADDRESS)
 # Nothing on the virtual air takes this long; a machine under load may.
 PATIENCE_S = 30.0
+# The channel of attributes, and the answer to a wish for an MTU on it.
+MTU_RESPONSE = bytes([4, 0, att.Opcode.ATT_EXCHANGE_MTU_RESPONSE])
+SMALLEST_MTU = 23
 
 
 # Bumble describes every packet in words, also for a log that nobody reads: half of its time.
@@ -38,6 +41,8 @@ class Controller(controller.Controller):
         super().__init__(*arguments, **named)
         self.answers_phy = answers_phy
         self.held = None
+        # The answer to a wish for a larger MTU says that there is none.
+        self.small_mtu = False
         if places:
             self.total_num_le_acl_data_packets = places
 
@@ -59,6 +64,8 @@ class Controller(controller.Controller):
             super().on_hci_acl_data_packet(packet)
 
     def on_hci_acl_data_packet(self, packet):
+        if self.small_mtu and packet.data[2:5] == MTU_RESPONSE:
+            packet.data = packet.data[:5] + SMALLEST_MTU.to_bytes(2, "little")
         if self.held is None:
             super().on_hci_acl_data_packet(packet)
         else:
@@ -113,6 +120,10 @@ class Air:
         """Starts a host on another stack, a program too; it keeps its bond in that file."""
         return await self._start(
             Program, "central", "TONUS_AIR_CENTRAL", "--wearable", str(WEARABLE).split("/")[0], "--bond", str(bond), *options)
+
+    async def session(self, which, *options):
+        """Starts the host's own logic on another stack."""
+        return await self._start(Program, "central", "TONUS_AIR_CENTRAL", "--session", which, *options)
 
     async def _start(self, kind, name, variable, *options, **oddities):
         """Starts a program at a controller of its own."""

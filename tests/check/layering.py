@@ -25,10 +25,13 @@ PACKAGES = {
     "tonus-firmware": {"tonus-shared"},
     # A tool for the host; it knows the flash's layout.
     "tonus-uf2": {"tonus-firmware"},
-    "tonus": {"tonus-shared"},
-    "tonus-tests": {"tonus", "tonus-shared"},
+    "tonus": {"tonus-native", "tonus-shared"},
+    # The only place on the host where unsafe code stands; it knows nothing of Tonus.
+    "tonus-native": set(),
+    "tonus-tests": {"tonus", "tonus-native", "tonus-shared"},
     "tonus-air": {"tonus-firmware", "tonus-shared"},
-    "tonus-air-central": {"tonus-shared"},
+    # The host's own logic, over another Bluetooth stack.
+    "tonus-air-central": {"tonus", "tonus-shared"},
     "tonus-on-target": {"tonus-shared"},
     # Under GPL-2.0, as the emulator that it links: nothing may stand on it.
     "tonus-emulated": {"tonus-firmware", "tonus-shared"},
@@ -106,22 +109,29 @@ ROOMS = {
         "robot": set(),
         "simulate": {"link", "robot", "demonstration"},
         "session": {"model", "robot"},
+        # Skills ready to be followed.
+        "library": {"demonstration", "model", "session"},
         # The running program as a function of its inputs.
-        "live": {"calibration", "clock", "demonstration", "model", "robot", "session", "store", "transform"},
+        "live": {"calibration", "clock", "demonstration", "library", "model", "robot", "session", "store", "transform"},
         # Devices that give inputs: each a thread of its own.
-        "source": {"leap", "link", "live", "robot", "simulate"},
+        "source": {"leap", "link", "live", "recording", "robot", "simulate"},
         # Measures a person: levels, co-contraction, joint stiffness; and whether the wearable sits as it did.
         "calibration": {"statistics"},
         # From the tracker's frame to the robot's.
         "transform": set(),
         # What happened, on disk.
-        "recording": {"atomic", "live", "store", "table"},
+        "recording": {"atomic", "live", "robot"},
+        # The wearable's stream for other programs.
+        "broadcast": {"clock", "live"},
+        # Recordings for other programs.
+        "export": {"atomic", "clock", "demonstration", "library", "live", "recording", "robot", "session"},
         # What is seen, in a browser.
         "page": {"live"},
-        "config": {"robot"},
+        "config": {"robot", "transform"},
         # All of it joined: threads, files, page.
-        "studio": {"calibration", "config", "leap", "link", "live", "page", "recording", "robot", "simulate", "source", "store"},
-        "demo": {"demonstration", "link", "model", "robot", "session", "simulate"},
+        "studio": {"broadcast", "calibration", "clock", "config", "leap", "library", "link", "live", "page", "recording", "robot", "session",
+                   "simulate", "source", "store", "transform"},
+        "demo": {"demonstration", "library", "link", "model", "robot", "session", "simulate"},
         # Other methods on the same demonstrations, for comparison: nothing stands on them but the experiments.
         "baseline": {"demonstration", "model", "statistics"},
         "experiment": {"baseline", "demonstration", "link", "model", "robot", "session", "simulate", "statistics",
@@ -256,7 +266,7 @@ def resolve(path, module, crate):
 
 
 def check_packages(root):
-    for manifest in sorted([*root.glob("*/Cargo.toml"), *root.glob("firmware/*/Cargo.toml"), *root.glob("tests/*/Cargo.toml")]):
+    for manifest in sorted([*root.glob("*/Cargo.toml"), *root.glob("host/*/Cargo.toml"), *root.glob("firmware/*/Cargo.toml"), *root.glob("tests/*/Cargo.toml")]):
         document = tomllib.loads(manifest.read_text())
         name = document["package"]["name"]
         where = f"{manifest.relative_to(root)}:1"

@@ -1,5 +1,7 @@
 //! `tonus info`: what a file holds.
 
+mod recording;
+
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::fs::File;
@@ -19,13 +21,14 @@ use super::say;
 
 const EXAMPLE: &str = "Example:
   tonus info skills.safetensors
-  tonus info lifts.csv --exclude none";
+  tonus info lifts.csv --exclude none
+  tonus info session.mcap";
 
-/// Say what a model file or a demonstration CSV holds.
+/// Say what a model file, a demonstration CSV or a recording holds.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
 pub(crate) struct InfoArgs {
-    /// A model file, or a CSV file with columns `t_s`, `label`, `trial`.
+    /// A model file, a CSV file with columns `t_s`, `label`, `trial`, or a recording.
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// Labels of a CSV file that are no skills.
@@ -48,6 +51,10 @@ impl InfoArgs {
             } else {
                 say(&format!("{}: {}", self.file.display(), model_text(&model)))
             };
+        }
+        let is_recording = tonus::recording::is_recording(&self.file);
+        if is_recording.with_context(|| format!("{}: cannot be read", self.file.display()))? {
+            return recording::run(&self.file, json);
         }
         let table = Table::open(&self.file)?;
         let signals = signals(&table);

@@ -3,6 +3,7 @@
 //! Exit code 0 is success, 1 a failure on data or files, 2 a command line that makes no sense.
 
 mod demo;
+mod doctor;
 mod envelope;
 mod eval;
 mod experiment;
@@ -10,9 +11,16 @@ mod export;
 mod hand;
 mod infer;
 mod info;
+mod latency;
 mod listen;
 mod options;
+mod play;
 mod progress;
+mod record;
+mod recover;
+mod run;
+mod scan;
+mod teach;
 mod train;
 mod unlabelled;
 mod view;
@@ -21,32 +29,32 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use clap::{Parser, Subcommand};
 use tonus_shared::semg::design::DesignError;
 
 /// Recognise what a person does and how firmly, and let a robot follow as an impedance.
 ///
-/// Without a verb: the whole chain on a simulated wearer (`tonus demo`).
+/// Without a verb: the whole story on simulated devices, in the browser (`tonus run --link sim --story`).
 #[derive(Parser)]
 #[command(
     name = "tonus",
     version,
-    after_help = "Example:\n  tonus demo --headless --seed 7 --json"
+    after_help = "Examples:\n  tonus\n  tonus demo --headless --seed 7 --json"
 )]
 struct Tonus {
     /// Print one JSON document instead of text.
     #[arg(long, global = true)]
     json: bool,
-    #[command(flatten)]
-    demo: demo::DemoArgs,
     #[command(subcommand)]
     verb: Option<Verb>,
 }
 
 #[derive(Subcommand)]
 enum Verb {
+    Calibrate(record::CalibrateArgs),
     Demo(demo::DemoArgs),
+    Doctor(doctor::DoctorArgs),
     Envelope(envelope::EnvelopeArgs),
     Eval(eval::EvalArgs),
     Experiment(experiment::ExperimentArgs),
@@ -54,7 +62,14 @@ enum Verb {
     Hand(hand::HandArgs),
     Infer(infer::InferArgs),
     Info(info::InfoArgs),
+    Latency(latency::LatencyArgs),
     Listen(listen::ListenArgs),
+    Play(play::PlayArgs),
+    Record(record::RecordArgs),
+    Recover(recover::RecoverArgs),
+    Run(run::RunArgs),
+    Scan(scan::ScanArgs),
+    Teach(teach::TeachArgs),
     Train(train::TrainArgs),
 }
 
@@ -74,17 +89,14 @@ pub(crate) fn main() -> ExitCode {
     }
 }
 
-fn run(Tonus { json, demo, verb }: Tonus) -> anyhow::Result<()> {
+fn run(Tonus { json, verb }: Tonus) -> anyhow::Result<()> {
     let Some(verb) = verb else {
-        return demo.run(json);
+        return run::RunArgs::first().run(json);
     };
-    if demo != demo::DemoArgs::default() {
-        bail!(UsageError(
-            "options of demo stand behind it, or alone without a verb"
-        ));
-    }
     match verb {
+        Verb::Calibrate(args) => args.run(json),
         Verb::Demo(args) => args.run(json),
+        Verb::Doctor(args) => args.run(json),
         Verb::Envelope(args) => args.run(json),
         Verb::Eval(args) => args.run(json),
         Verb::Experiment(args) => args.run(json),
@@ -92,7 +104,14 @@ fn run(Tonus { json, demo, verb }: Tonus) -> anyhow::Result<()> {
         Verb::Hand(args) => args.run(json),
         Verb::Infer(args) => args.run(json),
         Verb::Info(args) => args.run(json),
+        Verb::Latency(args) => args.run(json),
         Verb::Listen(args) => args.run(json),
+        Verb::Play(args) => args.run(json),
+        Verb::Record(args) => args.run(json),
+        Verb::Recover(args) => args.run(json),
+        Verb::Run(args) => args.run(json),
+        Verb::Scan(args) => args.run(json),
+        Verb::Teach(args) => args.run(json),
         Verb::Train(args) => args.run(json),
     }
 }

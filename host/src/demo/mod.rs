@@ -20,11 +20,10 @@ pub use outside::OutsideScore;
 pub use score::ActionScore;
 
 use crate::demonstration::{Demonstration, DemonstrationError};
+use crate::library::{Library, LibraryError};
 use crate::link::simulated::LinkConditions;
-use crate::model::novelty::{Gate, GateConfig, GateError};
 use crate::model::recognise::{RecogniseError, Recogniser};
 use crate::model::tempo::{TempoConfig, TempoRecogniser};
-use crate::model::{Dof, Hyperparameters, HyperparametersError, LearnError, Model, learn};
 use crate::robot::gate::State;
 use crate::robot::limits::{ConfigError, Fallback, Setpoint};
 use crate::robot::simulated::MassError;
@@ -42,7 +41,6 @@ use serde::Serialize;
 use stage::Stage;
 use std::ops::ControlFlow;
 use tonus_shared::onset::OnsetConfig;
-use tonus_shared::promp::{Basis, BasisError};
 use tonus_shared::wire::Stream;
 
 /// Demonstrations of each skill to learn from.
@@ -55,8 +53,6 @@ const OUTSIDE: [Skill; 3] = [Skill::Wave, Skill::Place, Skill::Wave];
 const TARGETS_M: [f64; 2] = [0.10, 0.30];
 /// Where the duration is inferred, each sensor is observed so often, microseconds: ten times in two seconds.
 const INTERVAL_US: u64 = 200_000;
-/// Basis functions of each DoF: the fastest thing in two seconds takes about a fifth of one.
-const BASIS_FUNCTIONS: usize = 20;
 /// Share of known movements that may be held as unknown at any time: more than is seen among so few demonstrations, since
 /// the robot is held until the movement ends.
 const FALSE_ALARM_RATE: f64 = 0.005;
@@ -100,27 +96,18 @@ pub enum DemoError {
     /// The simulated wearer.
     #[error(transparent)]
     Rig(#[from] RigError),
-    /// The hyperparameters of the demo's model.
+    /// Learning.
     #[error(transparent)]
-    Hyperparameters(#[from] HyperparametersError),
-    /// The basis of the demo's model.
-    #[error(transparent)]
-    Basis(#[from] BasisError),
+    Library(#[from] LibraryError),
     /// A recorded demonstration.
     #[error(transparent)]
     Demonstration(#[from] DemonstrationError),
     /// Recognition.
     #[error(transparent)]
     Recognise(#[from] RecogniseError),
-    /// Learning.
-    #[error(transparent)]
-    Learn(#[from] LearnError),
     /// The live loop.
     #[error(transparent)]
     Session(#[from] SessionError),
-    /// The novelty gate.
-    #[error(transparent)]
-    Novelty(#[from] GateError),
     /// The robot gate's limits.
     #[error(transparent)]
     Gate(#[from] ConfigError),
@@ -209,15 +196,6 @@ pub struct Snapshot<'a> {
     pub outside: &'a [OutsideScore],
 }
 
-/// What the demo learns before it performs.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Library {
-    /// The skills.
-    pub model: Model,
-    /// Says what is none of them.
-    pub gate: Gate,
-}
-
 /// The links of the demo: one connection interval of delay, up to one more of jitter.
 fn link(loss: f64) -> LinkConditions {
     LinkConditions {
@@ -302,28 +280,7 @@ pub fn learn_skills(config: &DemoConfig) -> Result<Library, DemoError> {
         Demonstration::new(label, trial.to_string(), "simulated wearer", t_s, values)
     });
     let named = named.collect::<Result<Vec<_>, _>>()?;
-    let dofs = DOFS.iter().map(|name| {
-        if name.contains("_k") {
-            Dof::stiffness(*name)
-        } else {
-            Dof::position(*name)
-        }
-    });
-    let valid = Hyperparameters::new(dofs.collect(), Basis::gaussian(BASIS_FUNCTIONS)?).check()?;
-    // The person's signals; those of the robot are inferred.
-    let seen = DOFS
-        .iter()
-        .filter(|name| name.starts_with("human_"))
-        .count();
-    let watched = GateConfig {
-        throughout: true,
-        false_alarm_rate: FALSE_ALARM_RATE,
-        ..GateConfig::of(seen)
-    };
-    Ok(Library {
-        gate: Gate::learn(&named, &valid, &watched)?,
-        model: learn(&named, &valid)?,
-    })
+    Ok(Library::learn(&named, FALSE_ALARM_RATE)?)
 }
 
 /// Performs the shuffled run with what was learnt, showing `watch` every 20 ms of it; `watch` may end it early.

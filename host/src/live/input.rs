@@ -135,6 +135,16 @@ pub enum Act {
     },
     /// Learn from all demonstrations.
     Train,
+    /// Ask the person for a movement: a cue on the page, which the simulated wearer obeys.
+    Ask {
+        /// The skill.
+        label: String,
+    },
+    /// Let the wearable send raw sEMG, or not.
+    Raw {
+        /// Whether it is to.
+        on: bool,
+    },
     /// Let the robot follow. Only a person does this.
     Arm,
     /// Let the robot follow no more.

@@ -2,14 +2,27 @@
 //!
 //! Nothing here opens a device, a file or a socket, and only [`SessionClock`] reads a clock, for those that do.
 
+mod calibrating;
+mod config;
+mod engine;
+mod follow;
 mod input;
+mod latency;
 mod port;
 mod request;
+mod show;
+mod takes;
+mod trace;
 mod view;
+mod wearable;
+
+pub use config::EngineConfig;
+pub use engine::{Engine, EngineError, LearnJob, World};
+pub use follow::{Body, simulated};
 
 pub use crate::calibration::{CalibrationResult, Estimate, Person, StepView};
 pub use input::{Act, HandSeen, Input, LinkEvent, RobotSeen, Timed, TrackerEvent};
-pub use port::{Inputs, Plug, Port, SessionClock};
+pub use port::{Injector, Inputs, Plug, Port, SessionClock};
 pub use request::{Prompt, Request};
 pub use view::{
     CalibrationView, ChannelView, ClockView, DemonstrationView, FileView, FitView, HandView, Lamp,

@@ -58,6 +58,32 @@ struct Shared {
     dropped_requests: AtomicU64,
 }
 
+/// Puts inputs in from anywhere: a page, a thread that learnt something.
+#[derive(Clone, Debug)]
+pub struct Injector {
+    clock: SessionClock,
+    inputs: SyncSender<Timed>,
+    closed: Arc<AtomicBool>,
+}
+
+impl Injector {
+    /// Something happened now; whether there was room.
+    pub fn input(&self, input: Input) -> bool {
+        let at_us = self.clock.now_us();
+        let sent = self.inputs.try_send(Timed { at_us, input });
+        if let Err(TrySendError::Disconnected(_)) = sent {
+            self.closed.store(true, Ordering::Relaxed);
+        }
+        sent.is_ok()
+    }
+
+    /// Whether anybody still takes inputs, as far as the last one told.
+    #[must_use]
+    pub fn open(&self) -> bool {
+        !self.closed.load(Ordering::Relaxed)
+    }
+}
+
 /// The queue that all sources fill.
 #[derive(Debug)]
 pub struct Inputs {
@@ -94,6 +120,22 @@ impl Inputs {
             shared,
         };
         (port, plug)
+    }
+
+    /// For whoever is no device.
+    #[must_use]
+    pub fn injector(&self) -> Injector {
+        Injector {
+            clock: self.clock,
+            inputs: self.sender.clone(),
+            closed: Arc::default(),
+        }
+    }
+
+    /// Session time now, microseconds.
+    #[must_use]
+    pub fn now_us(&self) -> u64 {
+        self.clock.now_us()
     }
 
     /// The next input, or none within `limit`.

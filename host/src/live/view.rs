@@ -162,6 +162,8 @@ pub struct HandView {
     pub position_m: [f64; 3],
     /// Age of its picture, ms.
     pub age_ms: f64,
+    /// Robot's base frame; null until three points were touched.
+    pub in_robot_m: Option<[f64; 3]>,
 }
 
 /// The guided calibration.
@@ -222,7 +224,7 @@ pub struct DemonstrationView {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LibraryView {
     /// Each skill and how many demonstrations it was learnt from.
-    pub skills: Vec<(String, usize)>,
+    pub skills: Vec<(String, u32)>,
     /// Whether they are being learnt.
     pub learning: bool,
     /// Why that failed, and what to do.

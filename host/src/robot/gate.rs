@@ -223,6 +223,13 @@ impl Gate {
         Ok(())
     }
 
+    /// Whether a command is at hand that [`Gate::arm`] would take; where the robot is decides too.
+    #[must_use]
+    pub fn may_arm(&self, now_us: u64) -> bool {
+        self.newest
+            .is_some_and(|command| followable(&command, now_us))
+    }
+
     /// A person disarms the robot.
     pub fn disarm(&mut self) {
         self.trip(Cause::Person);

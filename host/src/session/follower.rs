@@ -12,6 +12,9 @@ use crate::model::tempo::TempoRecogniser;
 const OVER_AT_REST: f64 = 0.5;
 /// The same while the hand still moves.
 const OVER: f64 = 0.99;
+/// A hand that rests for so long has ended its movement, whatever the skills expect, microseconds: no skill stands still for
+/// as long in its midst, and what was taken for one may have been the way to where the next begins.
+const LONGEST_REST_US: u64 = 500_000;
 
 /// One number of a sensor: signal of the model, value, standard deviation of its noise.
 pub(super) type Reading = (usize, f64, f64);
@@ -191,6 +194,8 @@ pub(super) struct Inferred<'m> {
     hands: Sampled,
     stiffnesses: Sampled,
     movement: Option<Movement>,
+    /// When the hand was first seen to rest, unless it moves.
+    rests_since_us: Option<u64>,
 }
 
 impl<'m> Inferred<'m> {
@@ -206,6 +211,7 @@ impl<'m> Inferred<'m> {
             hands: Sampled::default(),
             stiffnesses: Sampled::default(),
             movement: None,
+            rests_since_us: None,
         }
     }
 
@@ -227,13 +233,22 @@ impl<'m> Inferred<'m> {
             // Saturating: an onset before time zero began at zero.
             self.movement = Some(Movement::since((at_s * 1e6) as u64));
         }
+        self.rests_since_us = if self.detector.moving() {
+            None
+        } else {
+            Some(self.rests_since_us.unwrap_or(at_us))
+        };
+        let rested_us = self
+            .rests_since_us
+            .map_or(0, |since_us| at_us.saturating_sub(since_us));
         let over = self.recogniser.over(seconds(at_us));
         let enough = if self.detector.moving() {
             OVER
         } else {
             OVER_AT_REST
         };
-        if self.movement.is_some() && over.is_none_or(|over| over >= enough) {
+        let over = over.is_none_or(|over| over >= enough) || rested_us >= LONGEST_REST_US;
+        if self.movement.is_some() && over {
             self.end();
         }
         Ok(begins)

@@ -16,6 +16,8 @@ pub mod difficulty;
 pub mod emg;
 pub mod muscle;
 pub mod operator;
+pub mod person;
+pub mod puppet;
 pub mod rig;
 pub mod scripted;
 pub mod signals;

@@ -6,6 +6,7 @@
 
 use super::emg::{self, ElectrodesError};
 use super::muscle::CHANNELS;
+use super::person;
 use super::tracker::{TrackedHand, TrackerNoise};
 use super::wearer::{CALIBRATION_US, Span, Task, Truth, Wearer};
 use crate::link::simulated::{LinkConditions, LinkCounters, NotAProbability, SimulatedLink};
@@ -15,7 +16,7 @@ use tonus_shared::pipeline::{
 use tonus_shared::semg::NonFinite;
 use tonus_shared::semg::chain::{Chain, ChainConfig, ChainState};
 use tonus_shared::semg::design::DesignError;
-use tonus_shared::stiffness::{ArmStiffness, CoContraction, ParameterError, Segments};
+use tonus_shared::stiffness::ParameterError;
 use tonus_shared::wire::{
     self, Frame, HandPosition, Header, MAX_FRAME_BYTES, Muscle, Packet, WireError,
 };
@@ -27,13 +28,6 @@ const MUSCLES: [Muscle; CHANNELS] = [
     Muscle::TricepsLateral,
     Muscle::TricepsLong,
 ];
-/// The simulated person's own parameters of eq. 7 and 8: joint stiffness at rest in N m/rad, gain and slope of
-/// co-contraction. Chosen, not measured: joints up to five times as stiff as at rest, most of it below half activation.
-const JOINT_N_M_PER_RAD: [f32; 4] = [13.0, 13.0, 12.0, 12.0];
-const CO_CONTRACTION: (f32, f32) = (4.0, 1.0);
-/// Body mass and height of the simulated person.
-const MASS_KG: f32 = 75.0;
-const HEIGHT_M: f32 = 1.75;
 /// The host's own boot id on the way down.
 const HOST_BOOT_ID: u32 = 0x484f_5354;
 
@@ -125,7 +119,7 @@ impl Rig {
             chain: ChainConfig::at_rate(emg::RATE_HZ),
             channels: calibrate(config.seed)?,
             activation_window_s: DEFAULT_ACTIVATION_WINDOW_S,
-            arm: person()?,
+            arm: person::stiffness()?,
             raw: false,
         };
         Ok(Self {
@@ -214,16 +208,6 @@ impl Rig {
         self.down.push(&bytes[..length], now_us);
         Ok(())
     }
-}
-
-/// The simulated person's arm.
-fn person() -> Result<ArmStiffness<f32>, ParameterError> {
-    let (gain, slope) = CO_CONTRACTION;
-    ArmStiffness::new(
-        CoContraction::new(gain, slope)?,
-        JOINT_N_M_PER_RAD,
-        Segments::new(MASS_KG, HEIGHT_M)?,
-    )
 }
 
 /// Each channel's envelope at rest and at maximum voluntary contraction, as measured on this seed's electrodes:

@@ -23,7 +23,7 @@ const RELEASE_US: u64 = 500_000;
 /// Calibration's contraction rises and falls within this time, microseconds.
 const RAMP_US: u64 = 500_000;
 /// Where the hand lies during calibration: shoulder frame, metres.
-const REST_M: [f64; 3] = [0.24, -0.10, -0.34];
+pub(super) const REST_M: [f64; 3] = [0.24, -0.10, -0.34];
 
 /// One execution of a skill: everything random about it is here.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -17,6 +17,26 @@ pub(crate) struct Seen {
     pub(crate) reports: Vec<Packet>,
 }
 
+impl Seen {
+    /// What the stream packets' numbers and times say, once there are so many.
+    pub(crate) fn counted(&self, wanted: u64) -> Option<String> {
+        let (first_us, newest_us) = self.stream_us?;
+        let counts = self.tracker.counts();
+        (self.stream_packets >= wanted).then(|| {
+            format!(
+                "stream {} lost {} duplicate {} stale {} boots {} unreadable {} in {} us",
+                self.stream_packets,
+                counts.lost,
+                counts.duplicate,
+                counts.stale,
+                counts.boots,
+                self.unreadable,
+                newest_us - first_us
+            )
+        })
+    }
+}
+
 /// [`Seen`], for those who wait for something in it.
 pub(crate) struct Arrivals {
     seen: RefCell<Seen>,
@@ -58,6 +78,16 @@ impl Arrivals {
     /// Forgets everything; what comes next is the first.
     pub(crate) fn forget(&self) {
         self.seen.take();
+    }
+
+    /// As [`Seen::counted`].
+    pub(crate) fn counted(&self, wanted: u64) -> Option<String> {
+        self.seen.borrow().counted(wanted)
+    }
+
+    /// Takes what came beside the stream.
+    pub(crate) fn reports(&self) -> Vec<Packet> {
+        std::mem::take(&mut self.seen.borrow_mut().reports)
     }
 
     /// Waits until `found` finds something. One may wait at a time.

@@ -7,30 +7,44 @@
 //! Without the file it pairs: it prints `passkey?` and reads the six digits from its standard input, and keeps the
 //! bond in the file. With it, it comes back by the bond. Then it uses the wearable. It prints a line for everything that it sees;
 //! whether that is right is judged by whoever started it.
+//!
+//! ```text
+//! tonus-air-central 127.0.0.1:PORT --session wearable|myo [--packets 300] [--interval-ms 15]
+//! ```
+//!
+//! The same radio under the host's own logic, as `tonus run` has it: it looks for a wearable, pairs, streams, and
+//! looks for it again. It tells of every link, and after so many stream packets of one what their numbers say.
 
 mod arrivals;
 mod bond;
+mod central;
+mod driver;
+mod options;
 mod requests;
+mod session;
 mod visit;
 #[path = "../../air/src/waker.rs"]
 mod waker;
 
-use std::{fmt::Debug, net::SocketAddr, path::PathBuf};
+use std::{fmt::Debug, path::Path};
 
 use arrivals::Arrivals;
 use bt_hci::controller::ExternalController;
 use bt_hci_serial::SerialTransport;
-use embassy_futures::select::{Either, select};
+use central::AirCentral;
+use driver::Heard;
+use embassy_futures::select::{Either, Either3, select, select3};
 use embassy_sync::{blocking_mutex::raw::NoopRawMutex, signal::Signal};
 use embassy_time::Duration;
 use embedded_io_adapters::tokio_1::FromTokio;
+use options::{Options, Session, Task, address};
 use tokio::net::{
     TcpStream,
     tcp::{OwnedReadHalf, OwnedWriteHalf},
 };
 use tonus_shared::wire::WireError;
 use trouble_host::{
-    Address, BleHostError, Error, HostResources, IoCapabilities,
+    Address, BleHostError, Error, HostResources, IoCapabilities, Stack,
     connection::{ConnectConfig, RequestedConnParams, ScanConfig},
     prelude::DefaultPacketPool,
 };
@@ -42,7 +56,6 @@ const COMMANDS: usize = 10;
 const ADDRESS: [u8; 6] = [0x01, 0x00, 0x00, 0x00, 0x7e, 0xe1];
 /// Fits the wearable, which sends nothing above 20 ms.
 const INTERVAL: Duration = Duration::from_millis(15);
-const PACKETS: u64 = 300;
 
 type Pool = DefaultPacketPool;
 type Radio = ExternalController<
@@ -53,7 +66,7 @@ type Radio = ExternalController<
 #[derive(Debug, thiserror::Error)]
 enum Failure {
     #[error(
-        "usage: tonus-air-central 127.0.0.1:PORT --wearable ADDRESS --bond FILE [--packets {PACKETS}]: {0}"
+        "usage: tonus-air-central 127.0.0.1:PORT (--wearable ADDRESS --bond FILE | --session wearable|myo [--interval-ms N]) [--packets N]: {0}"
     )]
     Usage(String),
     #[error("no virtual controller, console or file: {0}")]
@@ -72,6 +85,8 @@ enum Failure {
     Services(usize),
     #[error("the wearable has no characteristic {0:x}")]
     Missing(u128),
+    #[error(transparent)]
+    Myo(#[from] tonus::link::myo::MyoError),
     #[error("the link ended")]
     LinkLost,
 }
@@ -91,56 +106,13 @@ impl From<Error> for Failure {
     }
 }
 
-struct Options {
-    controller: SocketAddr,
-    wearable: Address,
-    bond: PathBuf,
-    packets: u64,
-}
-
-fn options(mut words: impl Iterator<Item = String>) -> Result<Options, Failure> {
-    let missing = |what: &str| Failure::Usage(format!("{what} is missing"));
-    let controller = words.next().ok_or_else(|| missing("the controller"))?;
-    let controller = controller
-        .parse()
-        .map_err(|_| Failure::Usage(format!("{controller} is no address with port")))?;
-    let (mut wearable, mut bond, mut packets) = (None, None, PACKETS);
-    while let Some(word) = words.next() {
-        let value = words.next().ok_or_else(|| missing(&word))?;
-        let wrong = || Failure::Usage(format!("{value} is no {word}"));
-        match word.as_str() {
-            "--wearable" => wearable = Some(address(&value).ok_or_else(wrong)?),
-            "--bond" => bond = Some(PathBuf::from(&value)),
-            "--packets" => packets = value.parse().map_err(|_| wrong())?,
-            other => return Err(Failure::Usage(format!("{other} is unknown"))),
-        }
-    }
-    Ok(Options {
-        controller,
-        wearable: wearable.ok_or_else(|| missing("--wearable"))?,
-        bond: bond.ok_or_else(|| missing("--bond"))?,
-        packets,
-    })
-}
-
-/// A random address as it is printed, most significant byte first.
-fn address(text: &str) -> Option<Address> {
-    let mut bytes = [0; 6];
-    let mut parts = text.split(':');
-    for byte in bytes.iter_mut().rev() {
-        *byte = u8::from_str_radix(parts.next()?, 16).ok()?;
-    }
-    parts.next().is_none().then(|| Address::random(bytes))
-}
-
 #[tokio::main(flavor = "current_thread")]
 async fn main() -> Result<(), Failure> {
-    let options = options(std::env::args().skip(1))?;
+    let options = options::options(std::env::args().skip(1))?;
     waker::with_one_waker(run(options)).await
 }
 
 async fn run(options: Options) -> Result<(), Failure> {
-    let bond = bond::load(&options.bond)?;
     let stream = TcpStream::connect(options.controller).await?;
     stream.set_nodelay(true)?;
     let (from, to) = stream.into_split();
@@ -153,6 +125,19 @@ async fn run(options: Options) -> Result<(), Failure> {
         .set_random_address(Address::random(ADDRESS))
         .set_io_capabilities(IoCapabilities::KeyboardOnly)
         .build();
+    match &options.task {
+        Task::Visit(wearable, bond) => visit_once(&stack, &options, *wearable, bond).await,
+        Task::Session(which) => serve(&stack, *which, &options).await,
+    }
+}
+
+async fn visit_once(
+    stack: &Stack<'_, Radio, Pool>,
+    options: &Options,
+    wearable: Address,
+    file: &Path,
+) -> Result<(), Failure> {
+    let bond = bond::load(file)?;
     if let Some(bond) = bond.clone() {
         stack.add_bond_information(bond)?;
     }
@@ -162,7 +147,7 @@ async fn run(options: Options) -> Result<(), Failure> {
             .central()
             .connect(&ConnectConfig {
                 scan_config: ScanConfig {
-                    filter_accept_list: &[options.wearable],
+                    filter_accept_list: &[wearable],
                     ..ScanConfig::default()
                 },
                 connect_params: RequestedConnParams {
@@ -174,9 +159,10 @@ async fn run(options: Options) -> Result<(), Failure> {
             .await?;
         println!("connected");
         let visit = Visit {
-            stack: &stack,
+            stack,
             link: &link,
-            options: &options,
+            bond: file,
+            packets: options.packets,
             paired: Signal::new(),
             arrivals: Arrivals::new(),
         };
@@ -185,5 +171,26 @@ async fn run(options: Options) -> Result<(), Failure> {
     match select(runner.run(), visiting).await {
         Either::First(ended) => Ok(ended?),
         Either::Second(ended) => ended,
+    }
+}
+
+async fn serve(
+    stack: &Stack<'_, Radio, Pool>,
+    which: Session,
+    options: &Options,
+) -> Result<(), Failure> {
+    let (central, commands) = AirCentral::new();
+    let heard = Heard::default();
+    let mut runner = stack.runner();
+    let session = async {
+        match which {
+            Session::Wearable => session::wearable(central, options.packets).await,
+            Session::Myo => session::myo(central).await,
+        }
+    };
+    let driving = driver::drive(stack, &heard, options.interval, commands);
+    match select3(runner.run_with_handler(&heard), driving, session).await {
+        Either3::First(ended) => Ok(ended?),
+        Either3::Second(ended) | Either3::Third(ended) => ended,
     }
 }

@@ -1,6 +1,6 @@
 //! One link to the wearable: finds its service, tries it, pairs, uses it.
 
-use std::fmt::Debug;
+use std::{fmt::Debug, path::Path};
 
 use embassy_futures::select::{Either4, select4};
 use embassy_sync::{blocking_mutex::raw::NoopRawMutex, signal::Signal};
@@ -13,7 +13,7 @@ use trouble_host::{
     gatt::GattClient,
 };
 
-use crate::{Failure, Options, Pool, Radio, arrivals::Arrivals, bond, requests};
+use crate::{Failure, Pool, Radio, arrivals::Arrivals, bond, requests};
 
 /// Services that the wearable has, at most.
 const SERVICES: usize = 8;
@@ -28,7 +28,10 @@ type Value = Characteristic<[u8]>;
 pub(crate) struct Visit<'a, 'stack> {
     pub(crate) stack: &'a Stack<'stack, Radio, Pool>,
     pub(crate) link: &'a Connection<'a, Pool>,
-    pub(crate) options: &'a Options,
+    /// The bond is kept here.
+    pub(crate) bond: &'a Path,
+    /// Stream packets to count.
+    pub(crate) packets: u64,
     /// Raised when a pairing has succeeded.
     pub(crate) paired: Signal<NoopRawMutex, ()>,
     pub(crate) arrivals: Arrivals,
@@ -104,7 +107,7 @@ impl Visit<'_, '_> {
                 } => {
                     println!("paired {security_level:?}");
                     if let Some(bond) = bond {
-                        bond::store(&self.options.bond, &bond)?;
+                        bond::store(self.bond, &bond)?;
                     }
                     self.paired.signal(());
                 }
@@ -164,23 +167,7 @@ impl Visit<'_, '_> {
 
     /// Waits for the stream packets asked for and tells what their numbers and times say.
     async fn count(&self) {
-        let wanted = self.options.packets;
-        let line = self.arrivals.until(|seen| {
-            let (first_us, newest_us) = seen.stream_us?;
-            let counts = seen.tracker.counts();
-            (seen.stream_packets >= wanted).then(|| {
-                format!(
-                    "stream {} lost {} duplicate {} stale {} boots {} unreadable {} in {} us",
-                    seen.stream_packets,
-                    counts.lost,
-                    counts.duplicate,
-                    counts.stale,
-                    counts.boots,
-                    seen.unreadable,
-                    newest_us - first_us
-                )
-            })
-        });
+        let line = self.arrivals.until(|seen| seen.counted(self.packets));
         println!("{}", line.await);
     }
 }

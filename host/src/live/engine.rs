@@ -1,0 +1,585 @@
+//! The engine: one input after the other.
+//!
+//! What is learnt while it runs is borrowed by the session that follows it, so the loop is two loops: the outer
+//! builds a session for the library of the day, the inner feeds it until there is another library.
+
+use std::sync::Arc;
+
+use tonus_shared::onset::OnsetConfig;
+use tonus_shared::wire::Packet;
+
+use super::calibrating::Calibrating;
+use super::config::EngineConfig;
+use super::follow::{Body, Follow};
+use super::input::{Act, HandSeen, Input, LinkEvent, RobotSeen, TrackerEvent};
+use super::latency::Latencies;
+use super::request::{Prompt, Request};
+use super::takes::{Kept, LONGEST_US, Take};
+use super::trace::Traces;
+use super::view::{FileView, Message, View};
+use super::wearable::{Heard, Wearable};
+use crate::clock::{ClockError, Notice};
+use crate::demonstration::Demonstration;
+use crate::library::Library;
+use crate::model::recognise::RecogniseError;
+use crate::model::tempo::{TempoConfig, TempoRecogniser};
+use crate::robot::command::Command;
+use crate::robot::gate::State;
+use crate::robot::limits::{ConfigError, Setpoint};
+use crate::session::{Event, Session, SessionError};
+use crate::store;
+
+/// Each sensor is observed so often in a movement, microseconds.
+const INTERVAL_US: u64 = 200_000;
+/// Time between two views, microseconds.
+const SHOW_EVERY_US: u64 = 40_000;
+/// Messages that are kept to be seen.
+const MESSAGES: usize = 30;
+/// Movements that are kept to be seen.
+const HISTORY: usize = 12;
+
+/// What surrounds the engine. Live it is devices, a file and a page; in a replay, a file.
+pub trait World {
+    /// The next moment: its time and what happened, or only that time passed; none ends the run. Times never fall.
+    fn next(&mut self) -> Option<(u64, Option<Input>)>;
+    /// An input is taken at this time, which is not before that of the one before: what a recording keeps.
+    fn took(&mut self, at_us: u64, input: &Input);
+    /// Asks the wearable's source, or the person, for something.
+    fn ask(&mut self, at_us: u64, request: Request);
+    /// Something is to be learnt; [`Input::Learnt`] tells of it, and then [`World::learnt`] gives it.
+    fn learn(&mut self, job: LearnJob);
+    /// What the last [`Input::Learnt`] told of, if it is at hand; otherwise it is learnt there and then.
+    fn learnt(&mut self) -> Option<Arc<Library>>;
+    /// A command was made, before the gate.
+    fn commanded(&mut self, at_us: u64, command: &Command);
+    /// What the robot is told now, behind the gate.
+    fn set(&mut self, at_us: u64, setpoint: &Setpoint, state: State);
+    /// There is something to see.
+    fn show(&mut self, view: &View);
+}
+
+/// Demonstrations to learn from, apart from the engine.
+#[derive(Debug, Clone)]
+pub struct LearnJob {
+    demonstrations: Vec<Demonstration>,
+    false_alarm_rate: f64,
+}
+
+impl LearnJob {
+    /// Learns. The same demonstrations give the same library.
+    ///
+    /// # Errors
+    /// Why there is none, for people.
+    pub fn run(&self) -> Result<Library, String> {
+        Library::learn(&self.demonstrations, self.false_alarm_rate)
+            .map_err(|error| error.to_string())
+    }
+}
+
+/// Why there is no engine.
+#[derive(Debug, thiserror::Error)]
+pub enum EngineError {
+    /// The clock's configuration.
+    #[error(transparent)]
+    Clock(#[from] ClockError),
+    /// The robot's limits.
+    #[error(transparent)]
+    Robot(#[from] ConfigError),
+    /// A library that no session can follow.
+    #[error(transparent)]
+    Session(#[from] SessionError),
+    /// A library's model.
+    #[error(transparent)]
+    Model(#[from] RecogniseError),
+}
+
+/// Everything that is held from input to input.
+#[derive(Debug)]
+pub struct Engine {
+    pub(super) config: EngineConfig,
+    pub(super) now_us: u64,
+    pub(super) linked: Option<LinkEvent>,
+    pub(super) tracker: Option<TrackerEvent>,
+    pub(super) wearable: Wearable,
+    /// The newest picture with the hand, shoulder frame.
+    pub(super) hand: Option<HandSeen>,
+    /// The same in the robot's base frame, if that was taught.
+    pub(super) hand_in_robot_m: Option<[f64; 3]>,
+    pub(super) follow: Follow,
+    pub(super) calibrating: Calibrating,
+    pub(super) take: Option<Take>,
+    pub(super) kept: Vec<Kept>,
+    next_id: u32,
+    pub(super) library: Option<Arc<Library>>,
+    pub(super) learning: Option<LearnJob>,
+    pub(super) learn_problem: Option<String>,
+    pub(super) traces: Traces,
+    pub(super) latencies: Latencies,
+    pub(super) history: Vec<Option<String>>,
+    pub(super) messages: Vec<Message>,
+    pub(super) file: Option<FileView>,
+    shown_us: u64,
+    moved: Moved,
+}
+
+/// The movement under way, to be told of when it ends.
+#[derive(Debug, Default)]
+struct Moved {
+    under_way: bool,
+    best: Option<String>,
+    unknown: bool,
+}
+
+/// Why the inner loop ended.
+enum Next {
+    /// Another library is to be followed.
+    Library,
+    /// No more inputs.
+    End,
+}
+
+impl Engine {
+    /// At rest, with what was learnt before, if anything.
+    ///
+    /// # Errors
+    /// [`EngineError`].
+    pub fn new(
+        config: EngineConfig,
+        body: Body,
+        library: Option<Arc<Library>>,
+    ) -> Result<Self, EngineError> {
+        Ok(Self {
+            wearable: Wearable::new(config.clock, config.boot_id)?,
+            follow: Follow::new(config.limits, config.fallback, config.session.home_m, body)?,
+            config,
+            now_us: 0,
+            linked: None,
+            tracker: None,
+            hand: None,
+            hand_in_robot_m: None,
+            calibrating: Calibrating::default(),
+            take: None,
+            kept: Vec::new(),
+            next_id: 1,
+            library,
+            learning: None,
+            learn_problem: None,
+            traces: Traces::default(),
+            latencies: Latencies::default(),
+            history: Vec::new(),
+            messages: Vec::new(),
+            file: None,
+            shown_us: 0,
+            moved: Moved::default(),
+        })
+    }
+
+    /// Takes inputs until there are no more; the robot is disarmed then.
+    ///
+    /// # Errors
+    /// A library that cannot be followed.
+    pub fn run(&mut self, world: &mut impl World) -> Result<(), EngineError> {
+        loop {
+            let library = self.library.clone();
+            let next = match library.as_deref() {
+                None => self.feed(None, world),
+                Some(library) => {
+                    let view = library.model.view().map_err(RecogniseError::from)?;
+                    let bank = TempoRecogniser::new(&library.model, &view, TempoConfig::default())?;
+                    let onset = OnsetConfig::default();
+                    let told = self.config.session;
+                    let session = Session::inferring(bank, &onset, INTERVAL_US, told)?;
+                    self.feed(Some(session.watching(&library.gate)?), world)
+                }
+            };
+            match next {
+                Next::Library => {}
+                Next::End => {
+                    // The robot is left held, and told so.
+                    self.follow.disarm();
+                    let setpoint = self.follow.gate.tick(self.now_us);
+                    world.set(self.now_us, &setpoint, self.follow.gate.state());
+                    return Ok(());
+                }
+            }
+        }
+    }
+
+    /// Says what the recording on disk does.
+    pub fn set_file(&mut self, file: Option<FileView>) {
+        self.file = file;
+    }
+
+    fn feed(&mut self, mut session: Option<Session<'_>>, world: &mut impl World) -> Next {
+        self.moved = Moved::default();
+        while let Some((at_us, input)) = world.next() {
+            let now_us = at_us.max(self.now_us);
+            self.now_us = now_us;
+            if self.follow.advance(now_us) {
+                world.set(now_us, &self.follow.setpoint(), self.follow.gate.state());
+            }
+            // Only inputs do anything but move the robot on its grid of milliseconds: a replay has no other moments.
+            let changed = input.is_some_and(|input| {
+                world.took(now_us, &input);
+                let changed = self.take(session.as_mut(), input, world);
+                self.routine(session.as_ref(), world);
+                changed
+            });
+            if now_us >= self.shown_us + SHOW_EVERY_US {
+                self.shown_us = now_us;
+                let view = self.view(session.as_mut());
+                world.show(&view);
+            }
+            if changed {
+                return Next::Library;
+            }
+        }
+        Next::End
+    }
+
+    /// One input; whether there is another library.
+    fn take(
+        &mut self,
+        session: Option<&mut Session<'_>>,
+        input: Input,
+        world: &mut impl World,
+    ) -> bool {
+        match input {
+            Input::Link(event) => self.link(event),
+            Input::Frame(bytes) => self.frame(session, &bytes, world),
+            Input::Tracker(event) => self.tracker = Some(event),
+            Input::Hand(hand) => self.hand(session, hand, world),
+            Input::Robot(robot) => self.robot(&robot),
+            Input::Act(act) => self.act(act, world),
+            Input::Learnt(outcome) => return self.learnt(outcome, world),
+        }
+        false
+    }
+
+    fn link(&mut self, event: LinkEvent) {
+        if let LinkEvent::Down { reason } = &event {
+            if matches!(self.linked, Some(LinkEvent::Up { .. })) {
+                self.tell(true, format!("the wearable's link is lost: {reason}"));
+            }
+            self.follow.disconnect();
+            self.wearable.unlinked();
+        }
+        self.linked = Some(event);
+    }
+
+    fn frame(&mut self, session: Option<&mut Session<'_>>, bytes: &[u8], world: &mut impl World) {
+        let now_us = self.now_us;
+        let Some(Heard { frame, notice }) = self.wearable.hear(bytes, now_us) else {
+            return;
+        };
+        if let Some(notice) = notice {
+            self.noticed(notice);
+        }
+        let acquired_us = frame.header.device_us;
+        match &frame.packet {
+            Packet::Stream(stream) => {
+                let describes_us = stream.describes_us(acquired_us);
+                self.traces.stream(acquired_us, stream);
+                self.measure(acquired_us, stream);
+                if let Some(take) = &mut self.take {
+                    let n_per_m = stream.stiffness_n_per_m.map(f64::from);
+                    take.stiffness(describes_us, n_per_m);
+                }
+            }
+            Packet::RawSemg(raw) => {
+                if let Some(configuration) = self.wearable.configuration {
+                    self.traces.raw(acquired_us, raw, &configuration);
+                }
+            }
+            Packet::Reply(reply) => self.answered(Some(reply), world),
+            _ => {}
+        }
+        // While a person is measured their stiffness means nothing.
+        let Some(session) = session.filter(|_| !self.calibrating.under_way()) else {
+            return;
+        };
+        match session.handle(Event::Frame(&frame), now_us) {
+            Ok(Some(command)) => {
+                self.latencies.add(now_us.saturating_sub(acquired_us));
+                world.commanded(now_us, &command);
+                self.follow.offer(&command, now_us);
+            }
+            Ok(None) => {}
+            Err(error) => self.tell(true, error.to_string()),
+        }
+    }
+
+    fn hand(
+        &mut self,
+        session: Option<&mut Session<'_>>,
+        hand: Option<HandSeen>,
+        world: &mut impl World,
+    ) {
+        let now_us = self.now_us;
+        let placed = hand.map(|hand| HandSeen {
+            position_m: self.config.shoulder.map_or(hand.position_m, |shoulder| {
+                shoulder.point_m(hand.position_m)
+            }),
+            ..hand
+        });
+        let (exposed_us, position_m) = match placed {
+            Some(hand) => (hand.exposed_us, Some(hand.position_m)),
+            None => (now_us, None),
+        };
+        // That it is gone is told once; its age tells by itself where the packet is lost.
+        if position_m.is_some() || self.hand.is_some() {
+            let frame = self.wearable.hand(exposed_us, position_m);
+            if let Some(frame) = frame {
+                world.ask(now_us, Request::Frame(frame));
+            }
+        }
+        self.hand_in_robot_m = hand.and_then(|hand| {
+            let transform = self.config.tracker_to_robot.as_ref()?;
+            Some(transform.point_m(hand.position_m))
+        });
+        self.hand = placed;
+        let Some(hand) = placed else { return };
+        if let Some(take) = &mut self.take {
+            take.hand(hand.exposed_us, hand.position_m);
+        }
+        let event = Event::Hand {
+            exposed_us: hand.exposed_us,
+            position_m: hand.position_m,
+        };
+        if let Some(session) = session
+            && let Err(error) = session.handle(event, now_us)
+        {
+            self.tell(true, error.to_string());
+        }
+    }
+
+    fn robot(&mut self, robot: &RobotSeen) {
+        self.follow.told(robot.measured_us, robot.position_m);
+        if let Some(take) = &mut self.take {
+            take.robot(robot.measured_us, robot.position_m, robot.stiffness_n_per_m);
+        }
+    }
+
+    fn noticed(&mut self, notice: Notice) {
+        match notice {
+            Notice::Started { .. } => {}
+            Notice::Rebooted { .. } => self.tell(true, "the wearable restarted".to_owned()),
+            Notice::Stepped { by_us } => self.tell(
+                true,
+                format!("the wearable's clock stepped by {:.1} ms", by_us * 1e-3),
+            ),
+            Notice::Resumed { silence_us } => self.tell(
+                false,
+                format!("the wearable is back after {} s", silence_us / 1_000_000),
+            ),
+        }
+    }
+
+    fn act(&mut self, act: Act, world: &mut impl World) {
+        let now_us = self.now_us;
+        let outcome = match act {
+            Act::Record { label } => self.record(label, world),
+            Act::Stop => self.stop(world),
+            Act::Trim { id, from_s, to_s } => self.of(id).and_then(|kept| kept.trim(from_s, to_s)),
+            Act::Label { id, label } => checked(&label).and_then(|label| {
+                self.of(id)?.label = label;
+                Ok(())
+            }),
+            Act::Discard { id } => self.of(id).map(|_| ()).map(|()| {
+                self.kept.retain(|kept| kept.id != id);
+            }),
+            Act::Train => self.train(world),
+            Act::Ask { label } => checked(&label).map(|label| {
+                world.ask(now_us, Request::Prompt(Prompt::Perform { label }));
+            }),
+            Act::Arm => self.follow.arm(now_us),
+            Act::Disarm => {
+                self.follow.disarm();
+                Ok(())
+            }
+            Act::Raw { on } => {
+                // It is asked with the next ping.
+                self.config.raw = on;
+                Ok(())
+            }
+            Act::Calibrate(_)
+            | Act::CheckFit
+            | Act::CalibrationStep
+            | Act::CalibrationNext
+            | Act::CalibrationUse
+            | Act::CalibrationCancel => self.calibrate(act, world),
+        };
+        if let Err(problem) = outcome {
+            self.tell(true, problem);
+        }
+    }
+
+    fn of(&mut self, id: u32) -> Result<&mut Kept, String> {
+        let ids: Vec<u32> = self.kept.iter().map(|kept| kept.id).collect();
+        let found = self.kept.iter_mut().find(|kept| kept.id == id);
+        found.ok_or_else(|| format!("there is no demonstration {id}; there are {ids:?}"))
+    }
+
+    fn record(&mut self, label: String, world: &mut impl World) -> Result<(), String> {
+        let label = checked(&label)?;
+        if self.take.is_some() {
+            return Err("a demonstration is being recorded: stop it first".to_owned());
+        }
+        // A robot that is shown what to do follows nobody.
+        self.follow.disarm();
+        self.take = Some(Take::new(label.clone(), self.now_us));
+        world.ask(self.now_us, Request::Prompt(Prompt::Perform { label }));
+        Ok(())
+    }
+
+    fn stop(&mut self, world: &mut impl World) -> Result<(), String> {
+        let now_us = self.now_us;
+        let take = self.take.as_mut();
+        take.ok_or("nothing is being recorded")?.stop(now_us);
+        world.ask(now_us, Request::Prompt(Prompt::Free));
+        Ok(())
+    }
+
+    fn train(&mut self, world: &mut impl World) -> Result<(), String> {
+        if self.learning.is_some() {
+            return Err("the skills are being learnt already".to_owned());
+        }
+        let mut demonstrations = Vec::new();
+        for kept in &self.kept {
+            let made = kept.demonstration();
+            demonstrations.push(
+                made.map_err(|error| {
+                    format!("demonstration {} ({}): {error}", kept.id, kept.label)
+                })?,
+            );
+        }
+        if demonstrations.is_empty() {
+            return Err("nothing to learn from: record demonstrations first".to_owned());
+        }
+        self.learn_problem = None;
+        let job = LearnJob {
+            demonstrations,
+            false_alarm_rate: self.config.false_alarm_rate,
+        };
+        self.learning = Some(job.clone());
+        world.learn(job);
+        Ok(())
+    }
+
+    /// Takes over what was learnt; whether there is another library.
+    fn learnt(&mut self, outcome: Result<Vec<u8>, String>, world: &mut impl World) -> bool {
+        let Some(job) = self.learning.take() else {
+            self.tell(true, "a model came that nobody asked for".to_owned());
+            return false;
+        };
+        let library = match outcome {
+            Err(problem) => Err(problem),
+            Ok(bytes) => match world.learnt() {
+                Some(library) => Ok(library),
+                None => self.again(&job, &bytes),
+            },
+        };
+        match library {
+            Ok(library) => {
+                // Commands of the old skills count no more.
+                self.follow.disarm();
+                self.tell(
+                    false,
+                    format!("learnt {} skills", library.model.labels().len()),
+                );
+                self.library = Some(library);
+                true
+            }
+            Err(problem) => {
+                self.tell(true, format!("not learnt: {problem}"));
+                self.learn_problem = Some(problem);
+                false
+            }
+        }
+    }
+
+    /// Learns what a recording says was learnt, and says so if it is another model.
+    fn again(&mut self, job: &LearnJob, recorded: &[u8]) -> Result<Arc<Library>, String> {
+        let library = job.run()?;
+        let same = store::to_bytes(&library.model).is_ok_and(|bytes| bytes == recorded);
+        if !same {
+            self.tell(
+                true,
+                "the model learnt again differs from the recorded one: another version of the program?".to_owned(),
+            );
+        }
+        Ok(Arc::new(library))
+    }
+
+    /// What is due by itself.
+    fn routine(&mut self, session: Option<&Session<'_>>, world: &mut impl World) {
+        let now_us = self.now_us;
+        for frame in self.wearable.due(self.config.raw, now_us) {
+            world.ask(now_us, Request::Frame(frame));
+        }
+        self.answered(None, world);
+        if let Some(take) = &mut self.take {
+            if now_us >= take.began_us() + LONGEST_US {
+                take.stop(now_us);
+            }
+            if take.complete(now_us)
+                && let Some(take) = self.take.take()
+            {
+                let kept = take.finish(self.next_id);
+                self.next_id += 1;
+                self.kept.push(kept);
+            }
+        }
+        if let Some(session) = session {
+            self.remember(session);
+        }
+    }
+
+    /// Tells of each movement when it is over.
+    fn remember(&mut self, session: &Session<'_>) {
+        let under_way = session.under_way();
+        if under_way {
+            let labels = self.library.as_deref().map(|l| l.model.labels());
+            let posterior = session.posterior();
+            let best = (posterior.iter().enumerate()).max_by(|a, b| a.1.total_cmp(b.1));
+            let label = best.and_then(|(skill, _)| labels?.get(skill).cloned());
+            self.moved = Moved {
+                under_way,
+                best: label,
+                unknown: session.unknown(),
+            };
+        } else if std::mem::take(&mut self.moved.under_way) {
+            let label = self.moved.best.take().filter(|_| !self.moved.unknown);
+            self.history.push(label);
+            let extra = self.history.len().saturating_sub(HISTORY);
+            self.history.drain(..extra);
+        }
+    }
+
+    pub(super) fn tell(&mut self, problem: bool, text: String) {
+        // What goes on happening is told once.
+        if self.messages.last().is_some_and(|last| last.text == text) {
+            return;
+        }
+        self.messages.push(Message {
+            at_us: self.now_us,
+            problem,
+            text,
+        });
+        let extra = self.messages.len().saturating_sub(MESSAGES);
+        self.messages.drain(..extra);
+    }
+}
+
+/// A label that files and models can carry.
+fn checked(label: &str) -> Result<String, String> {
+    let label = label.trim();
+    let fine = !label.is_empty() && label.len() <= 64 && !label.chars().any(char::is_control);
+    if fine {
+        Ok(label.to_owned())
+    } else {
+        Err(format!(
+            "`{label}` is no label: give 1 to 64 printable characters"
+        ))
+    }
+}

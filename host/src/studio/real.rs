@@ -1,0 +1,232 @@
+//! The engine in real time: devices in their threads, a page, a file, a robot.
+
+use std::collections::VecDeque;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use super::hands::Hands;
+use crate::broadcast::Speaker;
+use crate::library::Library;
+use crate::live::{Act, Injector, Input, Inputs, LearnJob, Plug, Request, RobotSeen, View, World};
+use crate::page::Page;
+use crate::recording::{Entry, Recorder};
+use crate::robot::command::Command;
+use crate::robot::gate::State;
+use crate::robot::limits::Setpoint;
+use crate::robot::udp::UdpRobot;
+use crate::store;
+
+/// The engine wakes so often at least: the robot's period.
+const WAKE: Duration = Duration::from_millis(1);
+/// Set-points go to the file so often, microseconds.
+const NOTE_EVERY_US: u64 = 10_000;
+
+/// What learning gave, on its way from its thread.
+type Learnt = Arc<Mutex<Option<Arc<Library>>>>;
+
+/// What surrounds the engine of a running program.
+pub struct Real {
+    inputs: Inputs,
+    injector: Injector,
+    wearable: Plug,
+    page: Option<Page>,
+    recorder: Option<Recorder>,
+    speaker: Option<Speaker>,
+    robot: Option<UdpRobot>,
+    /// The newest command, for the age of the robot's evidence.
+    newest: Option<Command>,
+    hands: Option<Box<dyn Hands>>,
+    /// What they do.
+    acts: VecDeque<Act>,
+    learnt: Learnt,
+    stop: Arc<AtomicBool>,
+    end_us: Option<u64>,
+    /// Whether the run ends when they are done.
+    ends: bool,
+    noted_us: u64,
+    watch: Box<dyn FnMut(&View)>,
+}
+
+/// What a run is made of.
+pub struct Parts {
+    /// All sources fill it.
+    pub inputs: Inputs,
+    /// The wearable's source.
+    pub wearable: Plug,
+    /// Who looks in a browser.
+    pub page: Option<Page>,
+    /// The file.
+    pub recorder: Option<Recorder>,
+    /// Sends to other programs.
+    pub speaker: Option<Speaker>,
+    /// A robot elsewhere.
+    pub robot: Option<UdpRobot>,
+    /// Who presses the buttons beside the page.
+    pub hands: Option<Box<dyn Hands>>,
+    /// Set from outside to end the run.
+    pub stop: Arc<AtomicBool>,
+    /// The run ends then, session time, microseconds.
+    pub end_us: Option<u64>,
+    /// Whether the run ends when they are done.
+    pub ends_with_hands: bool,
+    /// Sees every view, as the page does.
+    pub watch: Box<dyn FnMut(&View)>,
+}
+
+/// What is left of a run.
+pub struct Left {
+    /// Who pressed the buttons.
+    pub hands: Option<Box<dyn Hands>>,
+    /// Why the file is not whole, if it is not.
+    pub file: Option<Result<crate::recording::Finished, crate::recording::RecordError>>,
+}
+
+impl Real {
+    /// Everything plugged in.
+    #[must_use]
+    pub fn new(parts: Parts) -> Self {
+        Self {
+            injector: parts.inputs.injector(),
+            inputs: parts.inputs,
+            wearable: parts.wearable,
+            page: parts.page,
+            recorder: parts.recorder,
+            speaker: parts.speaker,
+            robot: parts.robot,
+            newest: None,
+            hands: parts.hands,
+            acts: VecDeque::new(),
+            learnt: Learnt::default(),
+            stop: parts.stop,
+            end_us: parts.end_us,
+            ends: parts.ends_with_hands,
+            noted_us: 0,
+            watch: parts.watch,
+        }
+    }
+
+    /// Ends the sources, closes the file.
+    #[must_use]
+    pub fn finish(self) -> Left {
+        self.wearable.stop();
+        Left {
+            hands: self.hands,
+            file: self.recorder.map(Recorder::finish),
+        }
+    }
+
+    fn over(&self, now_us: u64) -> bool {
+        let told = self.ends && self.hands.as_ref().is_some_and(|hands| hands.over());
+        told || self.stop.load(Ordering::Relaxed) || self.end_us.is_some_and(|end| now_us >= end)
+    }
+
+    fn note(&self, entry: Entry) {
+        if let Some(recorder) = &self.recorder {
+            recorder.note(entry);
+        }
+    }
+}
+
+impl World for Real {
+    fn next(&mut self) -> Option<(u64, Option<Input>)> {
+        let now_us = self.inputs.now_us();
+        if self.over(now_us) {
+            return None;
+        }
+        if let Some(told) = self.robot.as_mut().and_then(|robot| robot.heard(now_us)) {
+            let seen = RobotSeen {
+                measured_us: now_us,
+                position_m: told.position_m,
+                stiffness_n_per_m: told.stiffness_n_per_m,
+            };
+            return Some((now_us, Some(Input::Robot(seen))));
+        }
+        if let Some(act) = self.acts.pop_front() {
+            return Some((now_us, Some(Input::Act(act))));
+        }
+        match self.inputs.next(WAKE) {
+            Some(timed) => Some((timed.at_us, Some(timed.input))),
+            None => Some((self.inputs.now_us(), None)),
+        }
+    }
+
+    fn took(&mut self, at_us: u64, input: &Input) {
+        if let Some(speaker) = &self.speaker {
+            speaker.take(at_us, input);
+        }
+        if let Some(recorder) = &self.recorder {
+            recorder.note(Entry::Input(crate::live::Timed {
+                at_us,
+                input: input.clone(),
+            }));
+        }
+    }
+
+    fn ask(&mut self, _at_us: u64, request: Request) {
+        self.wearable.ask(request);
+    }
+
+    fn learn(&mut self, job: LearnJob) {
+        let (learnt, injector) = (Arc::clone(&self.learnt), self.injector.clone());
+        let work = move || {
+            let outcome = job.run().and_then(|library| {
+                let bytes = store::to_bytes(&library.model).map_err(|error| error.to_string())?;
+                let mut slot = learnt.lock().unwrap_or_else(PoisonError::into_inner);
+                *slot = Some(Arc::new(library));
+                Ok(bytes)
+            });
+            // A full queue empties within a second.
+            while !injector.input(Input::Learnt(outcome.clone())) && injector.open() {
+                std::thread::sleep(Duration::from_millis(10));
+            }
+        };
+        let started = std::thread::Builder::new()
+            .name("learning".to_owned())
+            .spawn(work);
+        if let Err(error) = started {
+            let problem = format!("no thread to learn in: {error}");
+            let _told_later = self.injector.input(Input::Learnt(Err(problem)));
+        }
+    }
+
+    fn learnt(&mut self) -> Option<Arc<Library>> {
+        let mut slot = self.learnt.lock().unwrap_or_else(PoisonError::into_inner);
+        slot.take()
+    }
+
+    fn commanded(&mut self, at_us: u64, command: &Command) {
+        self.newest = Some(*command);
+        self.note(Entry::Command {
+            at_us,
+            command: *command,
+        });
+    }
+
+    fn set(&mut self, at_us: u64, setpoint: &Setpoint, state: State) {
+        if let Some(robot) = &mut self.robot {
+            robot.send(setpoint, state, self.newest.as_ref(), at_us);
+        }
+        if at_us >= self.noted_us + NOTE_EVERY_US {
+            self.noted_us = at_us;
+            self.note(Entry::Setpoint {
+                at_us,
+                setpoint: *setpoint,
+                state,
+            });
+        }
+    }
+
+    fn show(&mut self, view: &View) {
+        let mut view = view.clone();
+        if let Some(hands) = &mut self.hands {
+            self.acts.extend(hands.look(&view));
+            view.story = hands.text();
+        }
+        view.file = self.recorder.as_ref().map(Recorder::state);
+        if let Some(page) = &self.page {
+            page.show(&view);
+        }
+        (self.watch)(&view);
+    }
+}

@@ -1,0 +1,76 @@
+//! The hand of a Leap service, in session time.
+
+use std::net::TcpListener;
+use std::time::{Duration, Instant};
+
+use tonus::leap::{Backoff, Config, Service, Side, Wanted};
+use tonus::live::{Input, Inputs, SessionClock, TrackerEvent};
+use tonus::source::hand;
+use tungstenite::{Message, accept};
+
+use super::until;
+
+/// Right hands whose palm rises by 1 mm a frame, every 9 ms of the service's clock, for so many frames; then the end.
+fn serve(listener: &TcpListener, frames: u32) {
+    let (stream, _) = listener.accept().unwrap();
+    let mut socket = accept(stream).unwrap();
+    socket.send(Message::text(r#"{"version":6}"#)).unwrap();
+    let began = Instant::now();
+    for k in 0..frames {
+        std::thread::sleep((Duration::from_millis(9) * k).saturating_sub(began.elapsed()));
+        let text = format!(
+            r#"{{"id":{k},"timestamp":{},"hands":[{{"id":1,"type":"right","palmPosition":[10,{},-30]}}]}}"#,
+            1_000_000 + u64::from(k) * 9_000,
+            100 + k
+        );
+        if socket.send(Message::text(text)).is_err() {
+            return;
+        }
+    }
+}
+
+#[test]
+fn pictures_carry_the_session_time_at_which_they_were_taken_and_a_lost_service_is_told() {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let config = Config {
+        service: Service {
+            host: "127.0.0.1".to_owned(),
+            port: listener.local_addr().unwrap().port(),
+        },
+        wanted: Wanted::Only(Side::Right),
+        transport_us: 0,
+        backoff: Backoff::default(),
+    };
+    let service = std::thread::spawn(move || {
+        serve(&listener, 150);
+        serve(&listener, 150);
+    });
+    let inputs = Inputs::new(SessionClock::start());
+    // A session that is under way when the tracker is asked for.
+    std::thread::sleep(Duration::from_millis(300));
+    let (port, plug) = inputs.port();
+    let running = std::thread::spawn(move || hand::run(&port, config));
+    for _ in 0..2 {
+        let came = until(&inputs, |input| matches!(input, Input::Hand(Some(_))));
+        let up = |input: &Input| matches!(input, Input::Tracker(TrackerEvent::Up { name }) if name.ends_with("protocol 6"));
+        assert!(came.iter().any(|timed| up(&timed.input)), "{came:?}");
+        let last = came.last().unwrap();
+        let Input::Hand(Some(seen)) = last.input else {
+            panic!("{last:?}");
+        };
+        let [x, y, z] = seen.position_m;
+        assert!((x - 0.01).abs() < 1e-9 && (z + 0.03).abs() < 1e-9 && (0.1..0.25).contains(&y));
+        // By the session's clock: taken before it came, and not more than the hand's age limit before.
+        assert!(
+            seen.exposed_us <= last.at_us && last.at_us - seen.exposed_us < 100_000,
+            "{last:?}"
+        );
+        assert!(seen.exposed_us > 300_000, "{last:?}");
+        until(&inputs, |input| {
+            matches!(input, Input::Tracker(TrackerEvent::Down { .. }))
+        });
+    }
+    plug.stop();
+    running.join().unwrap();
+    service.join().unwrap();
+}

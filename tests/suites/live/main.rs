@@ -1,0 +1,3 @@
+//! The live program as a whole, in virtual time.
+
+mod story;
