@@ -105,8 +105,11 @@ def trim(tab, item):
 
 
 def raw(tab):
-    """Raw sEMG is sent when it is wanted."""
-    tab.wait_visible("raw-empty")
+    """Raw sEMG goes when it is not wanted and comes when it is."""
+    until(lambda: tab.visible("raw-empty") or "µV" in tab.text("raw-scale"), "raw sEMG is drawn or said to be missing")
+    if not tab.visible("raw-empty"):
+        tab.click("raw")
+        tab.wait_visible("raw-empty")
     tab.click("raw")
     tab.wait_text("raw", "Stop")
     tab.wait(f"Boolean({find('chart-raw')}.querySelector('canvas')) && {find('raw-scale')}.textContent.includes('µV')", "raw sEMG is drawn")
