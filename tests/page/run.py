@@ -103,6 +103,7 @@ def the_page_alone(tab, address):
     story.relabel(tab, more, LABELS[-1])
     story.discard(tab, more)
     story.train(tab, LABELS)
+    assert "6 of 6" in tab.text("held-out"), "it is said how many are recognised when left out"
     looked_at(tab, "train")
     story.arm(tab)
     story.recognise(tab, LABELS)
@@ -220,8 +221,9 @@ def story_alone(command):
     with program(command) as (_, address), Browser() as tab:
         tab.size(*SIZES[0], THEMES[0])
         tab.open(address)
+        tab.wait("!document.body.classList.contains('stale')", "the page is live")
         try:
-            print("recognised:", story.whole(tab, LABELS, each=5, seconds=5.2))
+            print("recognised:", story.whole(tab, LABELS, each=4, seconds=5.2, look=lambda name: looked_at(tab, name)))
             nothing_left_the_machine(tab, address)
         finally:
             tab.picture(PICTURES / "story.png")

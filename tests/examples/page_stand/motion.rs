@@ -113,9 +113,11 @@ impl Muscles {
             let t_s = self.scans as f64 / 1e3;
             for channel in 0..self.channels {
                 let level = self.envelope(channel, t_s, effort);
+                // As between skin and electrode: much larger than the muscle.
+                let offset_uv = 9_000.0 * (channel as f64 - 1.4);
                 let white: f64 = self.noise.random_range(-1.0..1.0);
                 if raw {
-                    trace.raw_uv[channel].push((900.0 * level * white) as f32);
+                    trace.raw_uv[channel].push((offset_uv + 900.0 * level * white) as f32);
                 }
                 if self.scans.is_multiple_of(10) {
                     trace.envelopes[channel].push(level as f32);

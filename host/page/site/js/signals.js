@@ -135,8 +135,9 @@ function drawRaw(now_s) {
     say(at("raw-scale"), "");
     return;
   }
-  const lane_uv = lane(raw.rows);
-  say(at("raw-scale"), `each lane ${number(lane_uv)} µV high`);
+  const offsets = raw.rows.map(mean);
+  const lane_uv = lane(raw.rows, offsets);
+  say(at("raw-scale"), `without offsets, each lane ${number(lane_uv)} µV high`);
   const lanes = raw.rows.length;
   const middle = (i) => lanes - 1 - i;
   const lines = raw.rows.map((_, i) => line(i, `${i + 1}`, { width: 1 }));
@@ -147,13 +148,26 @@ function drawRaw(now_s) {
       axes: [x, axis({ size: 42, label: "channel", splits: lines.map((_, i) => middle(i)), values: lines.map((_, i) => `${i + 1}`) })],
     };
   };
-  draw("chart-raw", lines, options, raw.data(now_s, (value, i) => middle(i) + Math.min(Math.max(value / lane_uv, -0.5), 0.5)));
+  draw("chart-raw", lines, options, raw.data(now_s, (value, i) => middle(i) + Math.min(Math.max((value - offsets[i]) / lane_uv, -0.5), 0.5)));
 }
 
-/** A round height of a lane, in which nearly all samples of all channels fit, microvolts. */
-function lane(rows) {
+/** Electrodes have offsets a hundred times as large as muscles: a lane is drawn around the mean of what it shows. */
+function mean(row) {
+  let [sum, count] = [0, 0];
+  for (const value of row) {
+    if (value === null) continue;
+    sum += value;
+    count += 1;
+  }
+  return count > 0 ? sum / count : 0;
+}
+
+/** A round height of a lane, in which all samples of all channels fit, microvolts. */
+function lane(rows, offsets) {
   let most = 0;
-  for (const row of rows) for (const value of row) if (value !== null) most = Math.max(most, Math.abs(value));
+  rows.forEach((row, i) => {
+    for (const value of row) if (value !== null) most = Math.max(most, Math.abs(value - offsets[i]));
+  });
   const decade = 10 ** Math.floor(Math.log10(Math.max(2 * most, 10)));
   return [1, 2, 5, 10].map((step) => step * decade).find((height) => height >= 2 * most) ?? 10 * decade;
 }
@@ -214,7 +228,7 @@ export function signals(view) {
 
 function stiffnessNote(semg) {
   if (!semg) return "";
-  if (semg.held) return "held: an old one stands";
+  if (semg.held) return "held";
   return semg.hand_seen ? "" : "elbow assumed";
 }
 
