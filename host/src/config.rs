@@ -2,11 +2,14 @@
 //!
 //! `tonus doctor` shows where it is looked for, and the whole of it as it is in use.
 
+mod check;
+
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
 use crate::robot::limits::{ConfigError as LimitsError, Fallback, Limits};
+use crate::transform::{Shoulder, Stored};
 
 /// Its name in the directory of configurations.
 const FILE: &str = "tonus.toml";
@@ -53,10 +56,13 @@ pub struct Tracker {
     pub hand: String,
     /// Shortest delay from a picture to its arrival, ms: it cannot be observed.
     pub transport_ms: f64,
-    /// Where the shoulder frame (x forward, y left, z up) is in the tracker's: its origin, metres.
-    pub shoulder_m: [f64; 3],
-    /// And how it is turned: a unit quaternion, scalar last, from the tracker's axes to the shoulder's.
-    pub shoulder_xyzw: [f64; 4],
+    /// Where the shoulder is in the tracker's frame; without it, where that of a person of 1.75 m is who sits before the
+    /// tracker. `tonus teach --shoulder` measures it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shoulder: Option<Shoulder>,
+    /// From the tracker's frame to the robot's. `tonus teach --point ...` measures it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub robot: Option<Stored>,
 }
 
 /// `[recognition]`
@@ -81,6 +87,8 @@ pub struct Recognition {
 pub struct Robot {
     /// As `--robot`: `simulated` or `udp:HOST:PORT`.
     pub to: String,
+    /// Set-points a second for a controller elsewhere.
+    pub rate_hz: f64,
     /// Where its hand waits, base frame, metres.
     pub home_m: [f64; 3],
     /// Damping ratio of every command.
@@ -133,8 +141,8 @@ impl Default for Tracker {
             leap: "ws://127.0.0.1:6437".to_owned(),
             hand: "right".to_owned(),
             transport_ms: 10.0,
-            shoulder_m: [0.0; 3],
-            shoulder_xyzw: [0.0, 0.0, 0.0, 1.0],
+            shoulder: None,
+            robot: None,
         }
     }
 }
@@ -156,6 +164,7 @@ impl Default for Robot {
         let (limits, fallback) = (Limits::default(), Fallback::default());
         Self {
             to: "simulated".to_owned(),
+            rate_hz: 200.0,
             home_m: [0.40, 0.0, 0.45],
             damping_ratio: 1.0,
             stiffness_n_per_m: limits.stiffness_n_per_m,
@@ -310,178 +319,7 @@ impl Config {
         };
         (limits, fallback)
     }
-
-    fn check(&self, file: &Path) -> Result<(), ConfigError> {
-        let range = |key, value: f64, expected, fine: bool| {
-            if fine {
-                return Ok(());
-            }
-            Err(ConfigError::Value {
-                file: file.to_owned(),
-                key,
-                got: value.to_string(),
-                expected,
-            })
-        };
-        let within = |value: f64, low: f64, high: f64| (low..=high).contains(&value);
-        let delay = "0 to 1000 ms";
-        let told = self.recognition.clone();
-        for (key, value, expected, low, high) in [
-            (
-                "wearable.transport_ms",
-                self.wearable.transport_ms,
-                delay,
-                0.0,
-                1e3,
-            ),
-            (
-                "tracker.transport_ms",
-                self.tracker.transport_ms,
-                delay,
-                0.0,
-                1e3,
-            ),
-            (
-                "recognition.position_sigma_mm",
-                told.position_sigma_mm,
-                "0.01 to 100 mm",
-                0.01,
-                100.0,
-            ),
-            (
-                "recognition.stiffness_sigma",
-                told.stiffness_sigma,
-                "0.001 to 1",
-                1e-3,
-                1.0,
-            ),
-            (
-                "recognition.decide_at",
-                told.decide_at,
-                "0.5 to 1",
-                0.5,
-                1.0,
-            ),
-            (
-                "recognition.false_alarm_rate",
-                told.false_alarm_rate,
-                "0.001 to 0.5",
-                1e-3,
-                0.5,
-            ),
-            (
-                "recognition.act_within_mm",
-                told.act_within_mm,
-                "1 to 1000 mm",
-                1.0,
-                1e3,
-            ),
-            (
-                "robot.damping_ratio",
-                self.robot.damping_ratio,
-                "0.5 to 1.5",
-                0.5,
-                1.5,
-            ),
-        ] {
-            range(key, value, expected, within(value, low, high))?;
-        }
-        for metres in self.tracker.shoulder_m {
-            let fine = within(metres, -10.0, 10.0);
-            range("tracker.shoulder_m", metres, "metres within 10", fine)?;
-        }
-        let norm = self
-            .tracker
-            .shoulder_xyzw
-            .iter()
-            .map(|x| x * x)
-            .sum::<f64>();
-        let fine = within(norm, 0.99, 1.01);
-        range(
-            "tracker.shoulder_xyzw, its norm,",
-            norm.sqrt(),
-            "a unit quaternion",
-            fine,
-        )?;
-        if !["right", "left", "either"].contains(&self.tracker.hand.as_str()) {
-            return Err(ConfigError::Value {
-                file: file.to_owned(),
-                key: "tracker.hand",
-                got: format!("\"{}\"", self.tracker.hand),
-                expected: "\"right\", \"left\" or \"either\"",
-            });
-        }
-        let (limits, fallback) = self.limits();
-        let checked = limits.check(&fallback, &self.robot.home_m);
-        checked.map_err(|source| ConfigError::Limits {
-            file: file.to_owned(),
-            source,
-        })
-    }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn refused(text: &str) -> String {
-        let refusal = Config::parse(text, Path::new("x.toml")).unwrap_err();
-        refusal.to_string()
-    }
-
-    #[test]
-    fn an_empty_file_is_the_defaults_and_their_text_gives_them_back() {
-        let empty = Config::parse("", Path::new("x.toml")).unwrap();
-        assert_eq!(empty, Config::default());
-        let again = Config::parse(&empty.text(), Path::new("x.toml")).unwrap();
-        assert_eq!(again, empty);
-    }
-
-    #[test]
-    fn a_part_of_a_table_leaves_the_rest() {
-        let config = Config::parse("[robot]\nto = \"udp:10.0.0.2:5005\"", Path::new("x")).unwrap();
-        assert_eq!(config.robot.to, "udp:10.0.0.2:5005");
-        assert_eq!(config.robot.home_m, Robot::default().home_m);
-    }
-
-    #[test]
-    fn errors_name_file_line_and_key() {
-        let unknown = refused("[robot]\nspeed = 3");
-        assert!(
-            unknown.starts_with("x.toml: ") && unknown.contains("line 2"),
-            "{unknown}"
-        );
-        assert!(
-            unknown.contains("`speed`") && unknown.contains("speed_m_per_s"),
-            "{unknown}"
-        );
-        let typed = refused("[page]\nport = \"high\"");
-        assert!(typed.contains("line 2") && typed.contains("u16"), "{typed}");
-        for (text, parts) in [
-            (
-                "[recognition]\ndecide_at = 1.5",
-                ["recognition.decide_at is 1.5", "0.5 to 1"],
-            ),
-            (
-                "[wearable]\ntransport_ms = nan",
-                ["wearable.transport_ms is NaN", "0 to 1000"],
-            ),
-            (
-                "[tracker]\nhand = \"third\"",
-                ["tracker.hand is \"third\"", "\"either\""],
-            ),
-            (
-                "[tracker]\nshoulder_xyzw = [0, 0, 0, 0]",
-                ["shoulder_xyzw", "unit quaternion"],
-            ),
-            ("[robot]\nspeed_m_per_s = -1.0", ["[robot]", "speed"]),
-            (
-                "[robot]\nhome_m = [5, 0, 0]",
-                ["[robot]", "outside the limits"],
-            ),
-        ] {
-            let refusal = refused(text);
-            assert!(parts.iter().all(|part| refusal.contains(part)), "{refusal}");
-        }
-    }
-}
+mod tests;

@@ -127,10 +127,10 @@ ROOMS = {
         "export": {"atomic", "clock", "demonstration", "library", "live", "recording", "robot", "session"},
         # What is seen, in a browser.
         "page": {"live"},
-        "config": {"robot"},
+        "config": {"robot", "transform"},
         # All of it joined: threads, files, page.
         "studio": {"broadcast", "calibration", "clock", "config", "leap", "library", "link", "live", "page", "recording", "robot", "session",
-                   "simulate", "source", "store"},
+                   "simulate", "source", "store", "transform"},
         "demo": {"demonstration", "library", "link", "model", "robot", "session", "simulate"},
         # Other methods on the same demonstrations, for comparison: nothing stands on them but the experiments.
         "baseline": {"demonstration", "model", "statistics"},

@@ -61,8 +61,8 @@ impl LatencyArgs {
         let plan = Plan {
             config,
             link: LinkChoice::Simulated,
-            story: false,
-            ends_with_story: false,
+            hands: None,
+            ends_with_hands: false,
             seconds: Some(self.seconds),
             record: None,
             page: true,

@@ -16,9 +16,11 @@ mod listen;
 mod options;
 mod play;
 mod progress;
+mod record;
 mod recover;
 mod run;
 mod scan;
+mod teach;
 mod train;
 mod unlabelled;
 mod view;
@@ -50,6 +52,7 @@ struct Tonus {
 
 #[derive(Subcommand)]
 enum Verb {
+    Calibrate(record::CalibrateArgs),
     Demo(demo::DemoArgs),
     Doctor(doctor::DoctorArgs),
     Envelope(envelope::EnvelopeArgs),
@@ -62,9 +65,11 @@ enum Verb {
     Latency(latency::LatencyArgs),
     Listen(listen::ListenArgs),
     Play(play::PlayArgs),
+    Record(record::RecordArgs),
     Recover(recover::RecoverArgs),
     Run(run::RunArgs),
     Scan(scan::ScanArgs),
+    Teach(teach::TeachArgs),
     Train(train::TrainArgs),
 }
 
@@ -89,6 +94,7 @@ fn run(Tonus { json, verb }: Tonus) -> anyhow::Result<()> {
         return run::RunArgs::first().run(json);
     };
     match verb {
+        Verb::Calibrate(args) => args.run(json),
         Verb::Demo(args) => args.run(json),
         Verb::Doctor(args) => args.run(json),
         Verb::Envelope(args) => args.run(json),
@@ -101,9 +107,11 @@ fn run(Tonus { json, verb }: Tonus) -> anyhow::Result<()> {
         Verb::Latency(args) => args.run(json),
         Verb::Listen(args) => args.run(json),
         Verb::Play(args) => args.run(json),
+        Verb::Record(args) => args.run(json),
         Verb::Recover(args) => args.run(json),
         Verb::Run(args) => args.run(json),
         Verb::Scan(args) => args.run(json),
+        Verb::Teach(args) => args.run(json),
         Verb::Train(args) => args.run(json),
     }
 }

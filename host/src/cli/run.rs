@@ -13,7 +13,9 @@ use tonus::library::Library;
 use tonus::live::View;
 use tonus::session::DOFS;
 use tonus::source::LinkChoice;
+use tonus::studio::hands::Hands;
 use tonus::studio::run::{Plan, Ran, run};
+use tonus::studio::story::Story;
 use tonus::table::Table;
 
 use super::options::positive;
@@ -139,8 +141,8 @@ impl RunArgs {
             )?,
             config,
             link,
-            story: self.story,
-            ends_with_story: self.story && !watched,
+            hands: (self.story).then(|| Box::new(Story::default()) as Box<dyn Hands>),
+            ends_with_hands: self.story && !watched,
             seconds: self.seconds,
             record,
             page: !self.no_page,
@@ -183,7 +185,7 @@ pub(crate) fn library(
 }
 
 /// Asks at the terminal for the six digits that a wearable shows.
-fn ask_passkey(name: &str) -> Option<u32> {
+pub(crate) fn ask_passkey(name: &str) -> Option<u32> {
     if !stdin().is_terminal() {
         return None;
     }
@@ -203,7 +205,7 @@ fn new_recording(config: &Config) -> anyhow::Result<PathBuf> {
 }
 
 /// Ctrl-C and the system's wish to end set the flag; a second one ends at once.
-fn stop_at_signal(stop: Arc<AtomicBool>) -> anyhow::Result<()> {
+pub(crate) fn stop_at_signal(stop: Arc<AtomicBool>) -> anyhow::Result<()> {
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()?;

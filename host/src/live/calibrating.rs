@@ -235,6 +235,7 @@ impl Engine {
             Calibrated::Done => {
                 self.wearable.calibration = Some(calibration);
                 if why == Sent::ToUse {
+                    self.wearable.unconfirmed = true;
                     self.in_use();
                 }
             }

@@ -1,10 +1,9 @@
 //! What an engine is told once.
 
-use nalgebra::Isometry3;
-
 use crate::clock::ClockConfig;
 use crate::robot::limits::{Fallback, Limits};
 use crate::session::SessionConfig;
+use crate::transform::{Shoulder, Transform};
 
 /// How the engine works. The same configuration and the same inputs give the same run.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,10 +16,10 @@ pub struct EngineConfig {
     pub clock: ClockConfig,
     /// Boot id of the frames that this host sends.
     pub boot_id: u32,
-    /// From the tracker's frame to the shoulder's.
-    pub shoulder: Isometry3<f64>,
-    /// Whether that and the robot's place were taught.
-    pub taught: bool,
+    /// Where the shoulder is in the tracker's frame; none where the tracker looks from it.
+    pub shoulder: Option<Shoulder>,
+    /// From the tracker's frame to the robot's, once it was taught.
+    pub tracker_to_robot: Option<Transform>,
     /// Whether the wearable is asked to send raw sEMG.
     pub raw: bool,
     /// Share of known movements that may be held as unknown.

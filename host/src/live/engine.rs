@@ -5,7 +5,6 @@
 
 use std::sync::Arc;
 
-use nalgebra::Point3;
 use tonus_shared::onset::OnsetConfig;
 use tonus_shared::wire::Packet;
 
@@ -104,6 +103,8 @@ pub struct Engine {
     pub(super) wearable: Wearable,
     /// The newest picture with the hand, shoulder frame.
     pub(super) hand: Option<HandSeen>,
+    /// The same in the robot's base frame, if that was taught.
+    pub(super) hand_in_robot_m: Option<[f64; 3]>,
     pub(super) follow: Follow,
     pub(super) calibrating: Calibrating,
     pub(super) take: Option<Take>,
@@ -155,6 +156,7 @@ impl Engine {
             linked: None,
             tracker: None,
             hand: None,
+            hand_in_robot_m: None,
             calibrating: Calibrating::default(),
             take: None,
             kept: Vec::new(),
@@ -315,7 +317,9 @@ impl Engine {
     ) {
         let now_us = self.now_us;
         let placed = hand.map(|hand| HandSeen {
-            position_m: (self.config.shoulder * Point3::from(hand.position_m)).into(),
+            position_m: self.config.shoulder.map_or(hand.position_m, |shoulder| {
+                shoulder.point_m(hand.position_m)
+            }),
             ..hand
         });
         let (exposed_us, position_m) = match placed {
@@ -329,6 +333,10 @@ impl Engine {
                 world.ask(now_us, Request::Frame(frame));
             }
         }
+        self.hand_in_robot_m = hand.and_then(|hand| {
+            let transform = self.config.tracker_to_robot.as_ref()?;
+            Some(transform.point_m(hand.position_m))
+        });
         self.hand = placed;
         let Some(hand) = placed else { return };
         if let Some(take) = &mut self.take {

@@ -1,9 +1,9 @@
 //! The gate and the robot behind it, at a thousand steps a second of session time.
 
+use crate::robot::arm::{ArmError, ImpedanceArm};
 use crate::robot::command::Command;
 use crate::robot::gate::{ArmRefusal, Cause, Gate, State};
 use crate::robot::limits::{ConfigError, Fallback, Limits, Setpoint};
-use crate::robot::simulated::{MassError, SimulatedRobot};
 
 /// The gate's period, microseconds.
 const PERIOD_US: u64 = 1_000;
@@ -17,7 +17,7 @@ const TELLS_WITHIN_US: u64 = 500_000;
 #[derive(Debug)]
 pub enum Body {
     /// Stepped here.
-    Simulated(Box<SimulatedRobot>),
+    Simulated(Box<ImpedanceArm>),
     /// Somewhere else: it tells where it is.
     External,
 }
@@ -62,7 +62,8 @@ impl Follow {
             self.stepped_us += PERIOD_US;
             let setpoint = self.gate.tick(self.stepped_us);
             if let Body::Simulated(robot) = &mut self.body {
-                robot.step(&setpoint, [0.0; 3], PERIOD_S);
+                // The gate's set-points are finite; the arm stays where it is under any other.
+                let _finite = robot.step(&setpoint, [0.0; 3], PERIOD_S);
             }
         }
         true
@@ -90,7 +91,10 @@ impl Follow {
 
     /// Places of the arm's joints, from base to hand.
     pub(super) fn joints_m(&self) -> Vec<[f64; 3]> {
-        Vec::new()
+        match &self.body {
+            Body::Simulated(robot) => robot.joint_places_m().to_vec(),
+            Body::External => Vec::new(),
+        }
     }
 
     /// Takes a command; the gate counts what it refuses.
@@ -143,14 +147,10 @@ impl Follow {
     }
 }
 
-/// A simulated robot as the program starts it.
+/// The simulated arm with its hand at home.
 ///
 /// # Errors
-/// [`MassError`]; none in practice.
-pub fn simulated(home_m: [f64; 3]) -> Result<Body, MassError> {
-    /// Apparent inertia of the hand, kg.
-    const INERTIA_KG: [f64; 3] = [2.0; 3];
-    Ok(Body::Simulated(Box::new(SimulatedRobot::new(
-        INERTIA_KG, home_m,
-    )?)))
+/// [`ArmError::Unreachable`] for a home out of its reach.
+pub fn simulated(home_m: [f64; 3]) -> Result<Body, ArmError> {
+    Ok(Body::Simulated(Box::new(ImpedanceArm::at(home_m)?)))
 }

@@ -35,6 +35,7 @@ impl Engine {
             hand: self.hand.map(|hand| HandView {
                 position_m: hand.position_m,
                 age_ms: self.age_ms(hand.exposed_us),
+                in_robot_m: self.hand_in_robot_m,
             }),
             calibration: self.calibrating.view(self.wearable.calibration.as_ref()),
             recording: self.take.as_ref().map(|take| take.view(self.now_us)),
@@ -94,7 +95,7 @@ impl Engine {
             up,
             text,
             age_ms: self.hand.map(|hand| self.age_ms(hand.exposed_us)),
-            taught: self.config.taught,
+            taught: self.config.tracker_to_robot.is_some(),
         }
     }
 

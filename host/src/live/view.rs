@@ -162,6 +162,8 @@ pub struct HandView {
     pub position_m: [f64; 3],
     /// Age of its picture, ms.
     pub age_ms: f64,
+    /// Robot's base frame; null until three points were touched.
+    pub in_robot_m: Option<[f64; 3]>,
 }
 
 /// The guided calibration.

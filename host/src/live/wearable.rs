@@ -31,6 +31,8 @@ pub(super) struct Wearable {
     pub(super) refused: u64,
     pub(super) configuration: Option<Configuration>,
     pub(super) calibration: Option<Calibration>,
+    /// Whether the wearable is to read it back, so that a recording holds it.
+    pub(super) unconfirmed: bool,
     pub(super) status: Option<Status>,
     pub(super) newest: Option<Newest>,
     host_boot_id: u32,
@@ -65,6 +67,7 @@ impl Wearable {
             refused: 0,
             configuration: None,
             calibration: None,
+            unconfirmed: false,
             status: None,
             newest: None,
             host_boot_id,
@@ -113,7 +116,10 @@ impl Wearable {
         match &frame.packet {
             Packet::Configuration(configuration) => self.configuration = Some(*configuration),
             Packet::Status(status) => self.status = Some(*status),
-            Packet::Calibration(calibration) => self.calibration = Some(*calibration),
+            Packet::Calibration(calibration) => {
+                self.calibration = Some(*calibration);
+                self.unconfirmed = false;
+            }
             Packet::Stream(stream) => {
                 self.newest = Some(Newest {
                     stream: *stream,
@@ -164,7 +170,8 @@ impl Wearable {
         if self.configuration.is_some_and(|told| told.raw != raw) {
             out.extend(self.frame(Packet::Control(Control::Raw(raw)), now_us));
         }
-        if self.calibration.is_none() && self.calibrating.is_none() {
+        let wanted = self.calibration.is_none() || self.unconfirmed;
+        if wanted && self.calibrating.is_none() {
             out.extend(self.frame(Packet::Control(Control::SendCalibration), now_us));
         }
         out

@@ -133,6 +133,12 @@ impl Recorder {
         }
     }
 
+    /// Entries written so far; those noted besides wait or were dropped.
+    #[must_use]
+    pub fn written(&self) -> u64 {
+        self.shared.entries.load(Ordering::Relaxed)
+    }
+
     /// Writes what waits, closes the file and brings it to the disk.
     ///
     /// # Errors

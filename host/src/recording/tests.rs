@@ -298,7 +298,7 @@ fn cut_at_any_byte_every_whole_message_is_read() {
         assert_eq!(read.len(), whole, "cut at {length}");
         assert!(read.iter().zip(&written).all(|(a, b)| same(a, b)));
         assert!(matches!(reading.end(), Some(End::Cut { .. })));
-        if length % 97 == 0 {
+        if length % 293 == 0 {
             let recovered = recover(&cut, &mended).unwrap();
             assert_eq!(recovered.messages, whole as u64);
             let mut reading = Reading::open(&mended).unwrap();
@@ -320,7 +320,7 @@ fn damaged_bytes_are_an_error_or_harmless_never_a_panic() {
     );
     let mut random = ChaCha8Rng::seed_from_u64(3);
     let mut found = 0;
-    for _ in 0..600 {
+    for number in 0..600 {
         let mut damaged = file.clone();
         for _ in 0..random.random_range(1..4) {
             let at = random.random_range(0..damaged.len());
@@ -331,7 +331,10 @@ fn damaged_bytes_are_an_error_or_harmless_never_a_panic() {
             Ok(reading) => found += usize::from(reading.into_iter().any(|entry| entry.is_err())),
             Err(_) => found += 1,
         }
-        if let Ok(recovered) = recover(&bad, &mended) {
+        // Each recovered file goes to the disk, which takes its time.
+        if number % 6 == 0
+            && let Ok(recovered) = recover(&bad, &mended)
+        {
             let read = Reading::open(&mended).map(|reading| reading.filter(Result::is_ok).count());
             assert!(read.is_err() || read.is_ok_and(|read| read as u64 <= recovered.messages));
         }

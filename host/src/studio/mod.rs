@@ -1,9 +1,11 @@
 //! All of it joined: devices, engine, recording, page and robot.
 
 pub mod doctor;
+pub mod hands;
 pub mod play;
 pub mod real;
 pub mod run;
 pub mod setup;
 pub mod story;
+pub mod terminal;
 pub mod virtually;

@@ -5,15 +5,16 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use super::story::Story;
+use super::hands::Hands;
 use crate::broadcast::Speaker;
 use crate::library::Library;
-use crate::live::{Act, Injector, Input, Inputs, LearnJob, Message, Plug, Request, View, World};
+use crate::live::{Act, Injector, Input, Inputs, LearnJob, Plug, Request, RobotSeen, View, World};
 use crate::page::Page;
 use crate::recording::{Entry, Recorder};
 use crate::robot::command::Command;
 use crate::robot::gate::State;
 use crate::robot::limits::Setpoint;
+use crate::robot::udp::UdpRobot;
 use crate::store;
 
 /// The engine wakes so often at least: the robot's period.
@@ -32,13 +33,16 @@ pub struct Real {
     page: Option<Page>,
     recorder: Option<Recorder>,
     speaker: Option<Speaker>,
-    story: Option<Story>,
-    /// Acts of the story.
+    robot: Option<UdpRobot>,
+    /// The newest command, for the age of the robot's evidence.
+    newest: Option<Command>,
+    hands: Option<Box<dyn Hands>>,
+    /// What they do.
     acts: VecDeque<Act>,
     learnt: Learnt,
     stop: Arc<AtomicBool>,
     end_us: Option<u64>,
-    /// Whether the run ends with the story.
+    /// Whether the run ends when they are done.
     ends: bool,
     noted_us: u64,
     watch: Box<dyn FnMut(&View)>,
@@ -56,23 +60,24 @@ pub struct Parts {
     pub recorder: Option<Recorder>,
     /// Sends to other programs.
     pub speaker: Option<Speaker>,
-    /// Who presses the buttons in a simulation.
-    pub story: Option<Story>,
+    /// A robot elsewhere.
+    pub robot: Option<UdpRobot>,
+    /// Who presses the buttons beside the page.
+    pub hands: Option<Box<dyn Hands>>,
     /// Set from outside to end the run.
     pub stop: Arc<AtomicBool>,
     /// The run ends then, session time, microseconds.
     pub end_us: Option<u64>,
-    /// Whether the run ends with the story.
-    pub ends_with_story: bool,
+    /// Whether the run ends when they are done.
+    pub ends_with_hands: bool,
     /// Sees every view, as the page does.
     pub watch: Box<dyn FnMut(&View)>,
 }
 
 /// What is left of a run.
-#[derive(Debug)]
 pub struct Left {
-    /// The story as far as it was told.
-    pub story: Option<Story>,
+    /// Who pressed the buttons.
+    pub hands: Option<Box<dyn Hands>>,
     /// Why the file is not whole, if it is not.
     pub file: Option<Result<crate::recording::Finished, crate::recording::RecordError>>,
 }
@@ -88,12 +93,14 @@ impl Real {
             page: parts.page,
             recorder: parts.recorder,
             speaker: parts.speaker,
-            story: parts.story,
+            robot: parts.robot,
+            newest: None,
+            hands: parts.hands,
             acts: VecDeque::new(),
             learnt: Learnt::default(),
             stop: parts.stop,
             end_us: parts.end_us,
-            ends: parts.ends_with_story,
+            ends: parts.ends_with_hands,
             noted_us: 0,
             watch: parts.watch,
         }
@@ -104,13 +111,13 @@ impl Real {
     pub fn finish(self) -> Left {
         self.wearable.stop();
         Left {
-            story: self.story,
+            hands: self.hands,
             file: self.recorder.map(Recorder::finish),
         }
     }
 
     fn over(&self, now_us: u64) -> bool {
-        let told = self.ends && self.story.as_ref().is_some_and(Story::over);
+        let told = self.ends && self.hands.as_ref().is_some_and(|hands| hands.over());
         told || self.stop.load(Ordering::Relaxed) || self.end_us.is_some_and(|end| now_us >= end)
     }
 
@@ -126,6 +133,14 @@ impl World for Real {
         let now_us = self.inputs.now_us();
         if self.over(now_us) {
             return None;
+        }
+        if let Some(told) = self.robot.as_mut().and_then(|robot| robot.heard(now_us)) {
+            let seen = RobotSeen {
+                measured_us: now_us,
+                position_m: told.position_m,
+                stiffness_n_per_m: told.stiffness_n_per_m,
+            };
+            return Some((now_us, Some(Input::Robot(seen))));
         }
         if let Some(act) = self.acts.pop_front() {
             return Some((now_us, Some(Input::Act(act))));
@@ -181,6 +196,7 @@ impl World for Real {
     }
 
     fn commanded(&mut self, at_us: u64, command: &Command) {
+        self.newest = Some(*command);
         self.note(Entry::Command {
             at_us,
             command: *command,
@@ -188,6 +204,9 @@ impl World for Real {
     }
 
     fn set(&mut self, at_us: u64, setpoint: &Setpoint, state: State) {
+        if let Some(robot) = &mut self.robot {
+            robot.send(setpoint, state, self.newest.as_ref(), at_us);
+        }
         if at_us >= self.noted_us + NOTE_EVERY_US {
             self.noted_us = at_us;
             self.note(Entry::Setpoint {
@@ -200,16 +219,10 @@ impl World for Real {
 
     fn show(&mut self, view: &View) {
         let mut view = view.clone();
-        if let Some(story) = &mut self.story {
-            self.acts.extend(story.look(&view));
-            view.story = Some(story.text());
+        if let Some(hands) = &mut self.hands {
+            self.acts.extend(hands.look(&view));
+            view.story = hands.text();
         }
-        let problem = self.speaker.as_ref().and_then(Speaker::problem);
-        view.messages.extend(problem.map(|text| Message {
-            at_us: view.at_us,
-            problem: true,
-            text: text.to_owned(),
-        }));
         view.file = self.recorder.as_ref().map(Recorder::state);
         if let Some(page) = &self.page {
             page.show(&view);

@@ -5,9 +5,10 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::thread::JoinHandle;
 
+use super::hands::Hands;
 use super::real::{Left, Parts, Real};
 use super::setup::{self, SetupError};
-use super::story::{Story, Told};
+use super::story::Told;
 use crate::broadcast::{Speaker, SpeakerError};
 use crate::config::Config;
 use crate::library::Library;
@@ -23,10 +24,10 @@ pub struct Plan {
     pub config: Config,
     /// Instead of the wearable that the configuration names.
     pub link: LinkChoice,
-    /// Whether a simulated person tells the whole story.
-    pub story: bool,
-    /// Whether the run ends with the story.
-    pub ends_with_story: bool,
+    /// Who presses the buttons beside the page.
+    pub hands: Option<Box<dyn Hands>>,
+    /// Whether the run ends when they are done.
+    pub ends_with_hands: bool,
     /// The run ends then, seconds.
     pub seconds: Option<f64>,
     /// Where it is recorded.
@@ -137,7 +138,8 @@ pub fn run(
         page,
         recorder,
         speaker,
-        story: plan.story.then(Story::default),
+        robot: setup::controller(&plan.config)?,
+        hands: plan.hands,
         stop: plan.stop,
         #[allow(
             clippy::cast_possible_truncation,
@@ -145,11 +147,11 @@ pub fn run(
             reason = "checked on the command line"
         )]
         end_us: plan.seconds.map(|seconds| (seconds * 1e6) as u64),
-        ends_with_story: plan.ends_with_story,
+        ends_with_hands: plan.ends_with_hands,
         watch: Box::new(watch),
     });
     let outcome = engine.run(&mut world);
-    let Left { story, file } = world.finish();
+    let Left { hands, file } = world.finish();
     for plug in &plugs {
         plug.stop();
     }
@@ -159,7 +161,7 @@ pub fn run(
     }
     outcome?;
     Ok(Ran {
-        told: story.map(|story| story.told()),
+        told: hands.and_then(|hands| hands.told()),
         file: plan.record.zip(file.transpose()?),
     })
 }

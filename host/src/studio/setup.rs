@@ -2,7 +2,6 @@
 
 use std::net::SocketAddr;
 
-use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use rand::TryRng;
 use rand::rngs::SysRng;
 
@@ -10,9 +9,12 @@ use crate::clock::ClockConfig;
 use crate::config::Config;
 use crate::leap::{self, ServiceError, Side, Wanted};
 use crate::live::{Body, EngineConfig, simulated};
-use crate::robot::simulated::MassError;
+use crate::robot::arm::ArmError;
+use crate::robot::udp::{self, UdpError, UdpRobot};
 use crate::session::SessionConfig;
 use crate::source::LinkChoice;
+use crate::transform::{Shoulder, ShoulderError, Transform, TransformError};
+use tonus_shared::stiffness::ILLUSTRATIVE;
 
 /// Boot id of the frames that this host sends.
 const HOST_BOOT_ID: u32 = 0x484f_5354;
@@ -21,9 +23,7 @@ const HOST_BOOT_ID: u32 = 0x484f_5354;
 #[derive(Debug, thiserror::Error)]
 pub enum SetupError {
     /// The robot.
-    #[error(
-        "`{got}` is no robot: give simulated, or udp:HOST:PORT with an address in numbers, such as udp:127.0.0.1:5005"
-    )]
+    #[error("`{got}` is no robot: give simulated, or udp:ADDRESS:PORT, such as udp:127.0.0.1:5005")]
     Robot {
         /// What was given.
         got: String,
@@ -33,7 +33,16 @@ pub enum SetupError {
     Leap(#[from] ServiceError),
     /// The simulated robot.
     #[error(transparent)]
-    Simulated(#[from] MassError),
+    Simulated(#[from] ArmError),
+    /// The address of the robot's controller.
+    #[error("[robot] to: {0}")]
+    Udp(#[from] UdpError),
+    /// Where the shoulder is.
+    #[error("[tracker] shoulder: {0}")]
+    Shoulder(#[from] ShoulderError),
+    /// From the tracker to the robot.
+    #[error("[tracker] robot: {0}")]
+    Transform(#[from] TransformError),
 }
 
 /// Which robot follows.
@@ -54,11 +63,12 @@ pub fn robot(config: &Config) -> Result<RobotChoice, SetupError> {
     if got == "simulated" {
         return Ok(RobotChoice::Simulated);
     }
-    let address = got.strip_prefix("udp:").and_then(|at| at.parse().ok());
-    let got = got.to_owned();
-    address
-        .map(RobotChoice::Udp)
-        .ok_or(SetupError::Robot { got })
+    match got.strip_prefix("udp:") {
+        Some(at) => Ok(RobotChoice::Udp(udp::address(at)?)),
+        None => Err(SetupError::Robot {
+            got: got.to_owned(),
+        }),
+    }
 }
 
 /// The body of that robot.
@@ -92,10 +102,10 @@ pub fn engine(config: &Config, link: &LinkChoice) -> Result<EngineConfig, SetupE
             ..ClockConfig::default()
         },
         boot_id: HOST_BOOT_ID,
-        shoulder: shoulder(config),
-        // The simulated tracker looks from the shoulder.
-        taught: *link == LinkChoice::Simulated
-            || config.tracker != crate::config::Tracker::default(),
+        shoulder: shoulder(config, link)?,
+        tracker_to_robot: (config.tracker.robot.as_ref())
+            .map(Transform::from_stored)
+            .transpose()?,
         raw: config.wearable.raw,
         false_alarm_rate: config.recognition.false_alarm_rate,
         session: session(config),
@@ -133,13 +143,28 @@ pub fn random_boot_id() -> u32 {
     SysRng.try_next_u32().unwrap_or_else(|_| std::process::id())
 }
 
-/// From the tracker's frame to the shoulder's.
-fn shoulder(config: &Config) -> Isometry3<f64> {
-    let [x, y, z, w] = config.tracker.shoulder_xyzw;
-    let turned = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
-    let [ox, oy, oz] = config.tracker.shoulder_m;
-    // The origin of the shoulder's frame goes to zero.
-    Isometry3::from_parts(Translation3::identity(), turned) * Translation3::new(-ox, -oy, -oz)
+/// The robot's controller, if it is elsewhere.
+///
+/// # Errors
+/// [`SetupError`].
+pub fn controller(config: &Config) -> Result<Option<UdpRobot>, SetupError> {
+    match robot(config)? {
+        RobotChoice::Simulated => Ok(None),
+        RobotChoice::Udp(to) => Ok(Some(UdpRobot::open(to, config.robot.rate_hz)?)),
+    }
+}
+
+/// Where the shoulder is in the tracker's frame; none where the tracker looks from it.
+fn shoulder(config: &Config, link: &LinkChoice) -> Result<Option<Shoulder>, SetupError> {
+    if *link == LinkChoice::Simulated {
+        return Ok(None);
+    }
+    if let Some(shoulder) = config.tracker.shoulder {
+        shoulder.check()?;
+        return Ok(Some(shoulder));
+    }
+    let left = config.tracker.hand == "left";
+    Ok(Some(Shoulder::by_height(ILLUSTRATIVE.body_height_m, left)?))
 }
 
 /// How movements are observed, decided on and commanded.

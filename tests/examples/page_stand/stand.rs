@@ -200,6 +200,7 @@ impl Stand {
             hand: Some(HandView {
                 position_m: motion::hand_m(share.unwrap_or(0.0)),
                 age_ms: 9.0,
+                in_robot_m: None,
             }),
             calibration: self.calibration.view.clone(),
             recording: self

@@ -132,7 +132,7 @@ pub(super) const CASES: &[Case] = &[
     usage("demo --seed many", &["invalid value 'many'"]),
     usage(
         "--seed 3 info emg.csv",
-        &["options of demo stand behind it"],
+        &["unexpected argument '--seed'", "--help"],
     ),
 ];
 

@@ -33,7 +33,8 @@ fn sent(wearable: &mut SerialPort) -> Vec<u8> {
     wearable
         .set_read_timeout(Duration::from_millis(100))
         .unwrap();
-    let (mut unframer, end) = (Unframer::new(), Instant::now() + PATIENCE);
+    let mut unframer: Unframer = Unframer::new();
+    let end = Instant::now() + PATIENCE;
     while Instant::now() < end {
         let mut byte = [0];
         if wearable.read(&mut byte).is_ok_and(|count| count == 1)

@@ -1,3 +1,10 @@
-//! The live program as a whole, in virtual time.
+//! The live program as a whole: engine, simulated devices, recording and a person who presses the buttons, in virtual
+//! time; and the program itself as a newcomer meets it.
 
+mod clocks;
+mod link;
+mod long;
+mod newcomer;
+mod played;
 mod story;
+mod world;

@@ -42,6 +42,7 @@ fn recorded(path: &std::path::Path) {
         sender.entries.push((at_us, Input::Robot(robot)));
         let stream = Stream {
             channels: 2,
+            envelopes: [0.25, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
             quality: tonus_tests::frames::quality([0; 8]),
             stiffness_n_per_m: [310.5, 222.25, 95.125],
             describes_before_us: 40_000,

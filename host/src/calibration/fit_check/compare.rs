@@ -9,8 +9,10 @@ use crate::statistics::median;
 const SPREAD: f64 = 0.3;
 /// Beyond this many spreads a channel is off for a reason of its own, which another order need not explain.
 const FAR: f64 = 3.5;
-/// Logarithm of the odds that another order needs: one in four hundred.
-const ODDS: f64 = 6.0;
+/// Logarithms of the odds against another order (one in four hundred, spread over all orders that it might be), and against
+/// a channel that is dead (one in fifty).
+const MOVED_ODDS: f64 = 6.0;
+const DEAD_ODDS: f64 = 4.0;
 /// A channel this many times louder or quieter than the others say sits elsewhere. Repeats of free gestures under a band
 /// that nobody touched reach 2.6 now and then (suite `person`).
 const SHIFTED: f64 = 3.0;
@@ -50,19 +52,11 @@ pub(super) fn verdict(reference: &Pattern, seen: &Pattern, muscles: &[Muscle]) -
         .collect();
     let (dead, alive): (Vec<usize>, Vec<usize>) =
         answered.into_iter().partition(|c| silent(c, &now));
-    let mut findings = Vec::new();
-    if alive.is_empty() {
-        findings.push(Finding::Nothing);
+    let findings = if alive.is_empty() {
+        vec![Finding::Nothing]
     } else {
-        let others: Vec<usize> = (0..before.len()).filter(|c| !dead.contains(c)).collect();
-        if !dead.is_empty() {
-            findings.push(Finding::Dead(dead));
-        }
-        match better_order(&before, &now, &others) {
-            Some(order) => findings.push(moved(&order, &others, before.len())),
-            None => findings.extend(shifted(&before, &now, &others, floor.ln())),
-        }
-    }
+        explained(&before, &now, &dead, floor.ln())
+    };
     let text = text(&findings, muscles);
     Verdict { findings, text }
 }
@@ -81,14 +75,58 @@ fn misfit(before: &[[f64; 2]], now: &[[f64; 2]], channels: &[usize], order: &[us
     task(0) + task(1)
 }
 
-/// The order that fits far better than the channels' own, if there is one.
-fn better_order(before: &[[f64; 2]], now: &[[f64; 2]], channels: &[usize]) -> Option<Vec<usize>> {
-    let own = misfit(before, now, channels, channels);
-    let mut best = (own, channels.to_vec());
+/// The likeliest of: all in place but for the dead, a band turned, channels in any order with or without the dead.
+fn explained(before: &[[f64; 2]], now: &[[f64; 2]], dead: &[usize], floor: f64) -> Vec<Finding> {
+    let all: Vec<usize> = (0..before.len()).collect();
+    let others: Vec<usize> = all.iter().copied().filter(|c| !dead.contains(c)).collect();
+    let buried = DEAD_ODDS * dead.len() as f64;
+    let in_place = misfit(before, now, &others, &others) + buried;
+    let turned = best_turn(before, now).map(|(misfit, order)| (misfit, order, &all));
+    let swapped = best_order(before, now, &all).map(|(misfit, order)| (misfit, order, &all));
+    let both = best_order(before, now, &others).filter(|_| !dead.is_empty());
+    let both = both.map(|(misfit, order)| (misfit + buried, order, &others));
+    let moves = [turned, swapped, both].into_iter().flatten();
+    let likeliest = moves.min_by(|a, b| a.0.total_cmp(&b.0));
+    match likeliest.filter(|likeliest| likeliest.0 < in_place) {
+        Some((_, order, channels)) => {
+            let dead = (channels.len() < all.len()).then(|| Finding::Dead(dead.to_vec()));
+            let moved = moved(&order, channels, before.len());
+            dead.into_iter().chain([moved]).collect()
+        }
+        None => {
+            let dead = (!dead.is_empty()).then(|| Finding::Dead(dead.to_vec()));
+            let shifted = shifted(before, now, &others, floor);
+            dead.into_iter().chain(shifted).collect()
+        }
+    }
+}
+
+/// The best turn of a band, with the odds against one.
+fn best_turn(before: &[[f64; 2]], now: &[[f64; 2]]) -> Option<(f64, Vec<usize>)> {
+    let count = before.len();
+    if count < BAND {
+        return None;
+    }
+    let all: Vec<usize> = (0..count).collect();
+    let odds = MOVED_ODDS + (count as f64 - 1.0).ln();
+    let turns = (1..count).map(|turn| {
+        let order: Vec<usize> = (0..count).map(|c| (c + turn) % count).collect();
+        (misfit(before, now, &all, &order) + odds, order)
+    });
+    turns.min_by(|a, b| a.0.total_cmp(&b.0))
+}
+
+/// The best order but their own, with the odds against one.
+fn best_order(
+    before: &[[f64; 2]],
+    now: &[[f64; 2]],
+    channels: &[usize],
+) -> Option<(f64, Vec<usize>)> {
+    let mut best: Option<(f64, Vec<usize>)> = None;
     // Heap's algorithm (1963) without recursion: at most 8! orders, of eight channels.
     let mut order = channels.to_vec();
     let mut counters = vec![0; order.len()];
-    let mut at = 1;
+    let (mut at, mut orders) = (1, 1.0_f64);
     while at < order.len() {
         if counters[at] < at {
             let other = if at.is_multiple_of(2) {
@@ -97,9 +135,10 @@ fn better_order(before: &[[f64; 2]], now: &[[f64; 2]], channels: &[usize]) -> Op
                 counters[at]
             };
             order.swap(other, at);
+            orders += 1.0;
             let here = misfit(before, now, channels, &order);
-            if here < best.0 {
-                best = (here, order.clone());
+            if best.as_ref().is_none_or(|best| here < best.0) {
+                best = Some((here, order.clone()));
             }
             counters[at] += 1;
             at = 1;
@@ -108,20 +147,7 @@ fn better_order(before: &[[f64; 2]], now: &[[f64; 2]], channels: &[usize]) -> Op
             at += 1;
         }
     }
-    // A band is more often turned than its channels are swapped: a turn that is about as good wins.
-    if channels.len() >= BAND && channels.len() == before.len() {
-        let turns = (1..before.len()).map(|turn| {
-            let order: Vec<usize> = (0..before.len())
-                .map(|c| (c + turn) % before.len())
-                .collect();
-            (misfit(before, now, channels, &order), order)
-        });
-        let turned = turns.min_by(|a, b| a.0.total_cmp(&b.0));
-        if let Some(turned) = turned.filter(|turned| turned.0 < own - ODDS) {
-            return Some(turned.1);
-        }
-    }
-    (best.0 < own - ODDS).then_some(best.1)
+    best.map(|(misfit, order)| (misfit + MOVED_ODDS + orders.ln(), order))
 }
 
 fn moved(order: &[usize], channels: &[usize], count: usize) -> Finding {

@@ -4,14 +4,15 @@
 //! in a window of theirs, as soon as something protected is asked for.
 
 use std::collections::HashMap;
+use std::pin::Pin;
 use std::time::{Duration, Instant};
 
 use btleplug::api::{
     Central as _, CentralEvent, CentralState, Characteristic, Manager as _, Peripheral as _,
-    ScanFilter, WriteType,
+    ScanFilter, ValueNotification, WriteType,
 };
-use btleplug::platform::{Adapter, Manager, Peripheral};
-use futures_util::StreamExt;
+use btleplug::platform::{Adapter, Manager, Peripheral, PeripheralId};
+use futures_util::{Stream, StreamExt};
 use tokio::sync::mpsc::{Receiver, Sender, channel};
 use tokio::task::JoinHandle;
 
@@ -156,13 +157,17 @@ impl Link {
     }
 }
 
-/// Takes notifications off the system as they come, until the link ends.
-async fn drain(adapter: Adapter, peripheral: Peripheral, to: Sender<Notified>) {
-    let (Ok(mut notified), Ok(mut events)) =
-        (peripheral.notifications().await, adapter.events().await)
-    else {
-        return;
-    };
+/// What the system tells of its own accord.
+type Notifications = Pin<Box<dyn Stream<Item = ValueNotification> + Send>>;
+type Events = Pin<Box<dyn Stream<Item = CentralEvent> + Send>>;
+
+/// Takes notifications off the system as they come, until the link to `whom` ends.
+async fn drain(
+    mut notified: Notifications,
+    mut events: Events,
+    whom: PeripheralId,
+    to: Sender<Notified>,
+) {
     loop {
         tokio::select! {
             value = notified.next() => {
@@ -177,7 +182,7 @@ async fn drain(adapter: Adapter, peripheral: Peripheral, to: Sender<Notified>) {
                 }
             }
             event = events.next() => match event {
-                Some(CentralEvent::DeviceDisconnected(id)) if id == peripheral.id() => return,
+                Some(CentralEvent::DeviceDisconnected(id)) if id == whom => return,
                 Some(_) => {}
                 None => return,
             },
@@ -222,13 +227,18 @@ impl Central for SystemCentral {
         connected.map_err(|error| no_link(error.to_string()))?;
         let discovered = peripheral.discover_services().await;
         discovered.map_err(|error| no_link(error.to_string()))?;
+        // Before anything is subscribed to, so that nothing is missed.
+        let notified = peripheral.notifications().await;
+        let notified = notified.map_err(|error| failed("listening", &error))?;
+        let events = self.adapter.events().await;
+        let events = events.map_err(|error| failed("listening", &error))?;
         let characteristics = peripheral.characteristics().into_iter();
         let (to, arriving) = channel(WAITING);
         self.link = Some(Link {
             characteristics: characteristics
                 .map(|characteristic| (characteristic.uuid.as_u128(), characteristic))
                 .collect(),
-            draining: tokio::spawn(drain(self.adapter.clone(), peripheral.clone(), to)),
+            draining: tokio::spawn(drain(notified, events, peripheral.id(), to)),
             peripheral,
             name,
             arriving,

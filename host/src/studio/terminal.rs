@@ -1,0 +1,263 @@
+//! A person at a terminal who calibrates or records: told what to do line by line, answering with Enter.
+
+use std::cell::Cell;
+use std::rc::Rc;
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+
+use super::hands::Hands;
+use crate::live::{Act, Person, View};
+
+/// Enter, as the person presses it.
+#[derive(Debug)]
+pub struct Enter(Option<Receiver<()>>);
+
+impl Enter {
+    /// Waits for lines of the standard input.
+    #[must_use]
+    pub fn of_terminal() -> Self {
+        let (sender, receiver) = channel();
+        let read = move || {
+            let mut line = String::new();
+            while std::io::stdin()
+                .read_line(&mut line)
+                .is_ok_and(|bytes| bytes > 0)
+            {
+                if sender.send(()).is_err() {
+                    return;
+                }
+            }
+        };
+        let started = std::thread::Builder::new()
+            .name("terminal".to_owned())
+            .spawn(read);
+        Self(started.is_ok().then_some(receiver))
+    }
+
+    /// Nobody needs to press anything: for simulated people.
+    #[must_use]
+    pub fn at_once() -> Self {
+        Self(None)
+    }
+
+    /// Whether it was pressed since the last time; `None` when nobody will ever press it again.
+    fn pressed(&mut self) -> Option<bool> {
+        match self.0.as_ref().map(Receiver::try_recv) {
+            None | Some(Ok(())) => Some(true),
+            Some(Err(TryRecvError::Empty)) => Some(false),
+            Some(Err(TryRecvError::Disconnected)) => None,
+        }
+    }
+}
+
+/// Says lines; `tonus` prints them.
+pub type Say = Box<dyn FnMut(&str)>;
+
+/// Between two acts, microseconds.
+const THINKS_US: u64 = 300_000;
+
+/// Goes through the calibration step by step.
+pub struct Calibrates {
+    person: Person,
+    enter: Enter,
+    say: Say,
+    begun: bool,
+    asked: Option<(u32, bool)>,
+    acted_us: u64,
+    done: bool,
+    finished: Rc<Cell<bool>>,
+}
+
+impl Calibrates {
+    /// For this person.
+    #[must_use]
+    pub fn new(person: Person, enter: Enter, say: Say) -> Self {
+        Self {
+            person,
+            enter,
+            say,
+            begun: false,
+            asked: None,
+            acted_us: 0,
+            done: false,
+            finished: Rc::default(),
+        }
+    }
+
+    /// Becomes true when the calibration is in use.
+    #[must_use]
+    pub fn finished(&self) -> Rc<Cell<bool>> {
+        Rc::clone(&self.finished)
+    }
+
+    fn act(&mut self, view: &View) -> Option<Act> {
+        let calibration = &view.calibration;
+        let Some(step) = &calibration.step else {
+            if self.begun && calibration.in_use.is_some() {
+                self.done = true;
+                self.finished.set(true);
+                return None;
+            }
+            let ready = view.link.up && view.semg.is_some() && !self.begun;
+            self.begun |= ready;
+            return ready.then(|| Act::Calibrate(self.person.clone()));
+        };
+        if let Some(result) = &calibration.result {
+            let [a, b, c, d] = result.rest_stiffness_nm_per_rad.map(|k| k.value);
+            (self.say)(&format!(
+                "l1 {:.2} ± {:.2}, l2 {:.2} ± {:.2}, joints {a:.1} {b:.1} {c:.1} {d:.1} N m/rad, the fit leaves {:.1} mm",
+                result.l1.value, result.l1.std, result.l2.value, result.l2.std, result.residual_mm
+            ));
+            return Some(Act::CalibrationUse);
+        }
+        if step.measuring {
+            return None;
+        }
+        if step.done {
+            return Some(Act::CalibrationNext);
+        }
+        let asked = (step.number, step.problem.is_some());
+        if self.asked != Some(asked) {
+            self.asked = Some(asked);
+            if let Some(problem) = &step.problem {
+                (self.say)(problem);
+            }
+            (self.say)(&format!(
+                "step {} of {}: {} Enter begins.",
+                step.number, step.of, step.instruction
+            ));
+        }
+        match self.enter.pressed() {
+            Some(true) => {
+                self.asked = None;
+                Some(Act::CalibrationStep)
+            }
+            Some(false) => None,
+            None => {
+                self.done = true;
+                Some(Act::CalibrationCancel)
+            }
+        }
+    }
+}
+
+impl Hands for Calibrates {
+    fn look(&mut self, view: &View) -> Vec<Act> {
+        if self.done || view.at_us < self.acted_us + THINKS_US {
+            return Vec::new();
+        }
+        let act = self.act(view);
+        if act.is_some() {
+            self.acted_us = view.at_us;
+        }
+        act.into_iter().collect()
+    }
+
+    fn over(&self) -> bool {
+        self.done
+    }
+}
+
+/// Records demonstrations of one skill, one after another.
+pub struct Records {
+    label: String,
+    count: usize,
+    enter: Enter,
+    /// A simulated person needs so long for one, microseconds; a real one says when.
+    lasts_us: Option<u64>,
+    say: Say,
+    begun_us: Option<u64>,
+    asked: bool,
+    told: usize,
+    acted_us: u64,
+    done: bool,
+}
+
+impl Records {
+    /// `count` demonstrations of `label`. `lasts_us`: each ends by itself after this time; otherwise by Enter.
+    #[must_use]
+    pub fn new(label: String, count: usize, enter: Enter, lasts_us: Option<u64>, say: Say) -> Self {
+        Self {
+            label,
+            count,
+            enter,
+            lasts_us,
+            say,
+            begun_us: None,
+            asked: false,
+            told: 0,
+            acted_us: 0,
+            done: false,
+        }
+    }
+
+    fn act(&mut self, view: &View) -> Option<Act> {
+        let made = view.demonstrations.len();
+        if let Some(kept) = view.demonstrations.get(self.told) {
+            self.told += 1;
+            let outcome = kept.problem.clone().unwrap_or_else(|| {
+                let [from_s, to_s] = kept.kept_s;
+                format!("{:.2} s of movement, {} instants", to_s - from_s, kept.rows)
+            });
+            (self.say)(&format!("demonstration {}: {outcome}", kept.id));
+        }
+        if made >= self.count {
+            self.done = true;
+            return None;
+        }
+        if let Some(begun_us) = self.begun_us {
+            let over = match self.lasts_us {
+                Some(lasts_us) => view.at_us >= begun_us + lasts_us,
+                None => self.enter.pressed()?,
+            };
+            if over && view.recording.is_some() {
+                self.begun_us = None;
+                self.asked = false;
+                return Some(Act::Stop);
+            }
+            return None;
+        }
+        let ready = view.link.up && view.semg.is_some() && view.tracker.up;
+        if !ready || view.recording.is_some() {
+            return None;
+        }
+        if !self.asked {
+            self.asked = true;
+            (self.say)(&format!(
+                "{} {} of {}: Enter begins, Enter ends.",
+                self.label,
+                made + 1,
+                self.count
+            ));
+        }
+        match self.enter.pressed() {
+            Some(true) => {
+                self.begun_us = Some(view.at_us);
+                Some(Act::Record {
+                    label: self.label.clone(),
+                })
+            }
+            Some(false) => None,
+            None => {
+                self.done = true;
+                None
+            }
+        }
+    }
+}
+
+impl Hands for Records {
+    fn look(&mut self, view: &View) -> Vec<Act> {
+        if self.done || view.at_us < self.acted_us + THINKS_US {
+            return Vec::new();
+        }
+        let act = self.act(view);
+        if act.is_some() {
+            self.acted_us = view.at_us;
+        }
+        act.into_iter().collect()
+    }
+
+    fn over(&self) -> bool {
+        self.done
+    }
+}

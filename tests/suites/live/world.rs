@@ -1,0 +1,31 @@
+//! A program in virtual time.
+
+use tonus::config::Config;
+use tonus::live::{Engine, simulated};
+use tonus::source::LinkChoice;
+use tonus::source::simulated::{SimulatedConfig, SimulatedDevices};
+use tonus::studio::setup;
+use tonus::studio::virtually::{Someone, Virtual};
+
+/// The configuration that recordings of these runs carry.
+pub(crate) fn config() -> Config {
+    let mut config = Config::default();
+    config.wearable.link = "sim".to_owned();
+    config
+}
+
+/// Runs until the person is done, at most `seconds`; gives the person back.
+pub(crate) fn run<Person: Someone>(
+    devices: SimulatedConfig,
+    person: Person,
+    seconds: u64,
+) -> Person {
+    let config = config();
+    let told = setup::engine(&config, &LinkChoice::Simulated).unwrap();
+    let body = simulated(config.robot.home_m).unwrap();
+    let mut engine = Engine::new(told, body, None).unwrap();
+    let devices = SimulatedDevices::new(devices).unwrap();
+    let mut world = Virtual::new(devices, person, seconds * 1_000_000);
+    engine.run(&mut world).unwrap();
+    world.into_person()
+}
