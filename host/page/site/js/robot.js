@@ -59,7 +59,7 @@ export function follow(view) {
   sayIfAny(at("follow-next"), next(it, library));
   const spot = (point) => point.map((v) => number(v, 3)).join(", ");
   facts(at("follow-facts"), [
-    ["Told to be at, m", it.joints_m.length > 0 ? spot(it.setpoint_m) : "–"],
+    ["Told to be at, m", it.robot ? spot(it.setpoint_m) : "–"],
     ["Evidence is", it.age_ms === null ? "–" : `${number(it.age_ms)} ms old`],
     ["Refused commands", String(it.refused)],
     ["Recognised", recognition ? `${recognition.history.filter(Boolean).length} of ${recognition.history.length} movements named` : "–"],

@@ -208,7 +208,7 @@ function drawBoth(view) {
   for (const joint of robot.joints_m) other.dot(joint, quiet, 3, true);
   other.line(trails.robot.map(([, point]) => point), machine, 1, [2, 3]);
   other.path(recognition?.robot_path ?? [], machine);
-  if (robot.joints_m.length > 0) {
+  if (robot.robot) {
     other.dot(robot.setpoint_m, machine, 7, true);
     other.dot(robot.position_m, machine, 5);
   }
@@ -219,11 +219,11 @@ export function space(view) {
   const { hand, recognition, robot } = view;
   const means = (path) => (path ?? []).map((point) => point.mean_m);
   trail("person", view.at_us, hand?.position_m);
-  trail("robot", view.at_us, robot.joints_m.length > 0 ? robot.position_m : null);
+  trail("robot", view.at_us, robot.robot ? robot.position_m : null);
   grow("person", [...means(recognition?.human_path), ...(hand ? [hand.position_m] : [])]);
-  grow("robot", [...means(recognition?.robot_path), ...robot.joints_m]);
+  grow("robot", [...means(recognition?.robot_path), ...robot.joints_m, ...(robot.robot ? [robot.position_m, robot.setpoint_m] : [])]);
   drawBoth(view);
   const spot = (point) => `${point.map((v) => number(v, 2)).join(", ")} m`;
   say(at("hand-now"), hand ? `${spot(hand.position_m)}${hand.age_ms > OLD_MS ? ` · ${number(hand.age_ms)} ms old` : ""}` : "not seen");
-  say(at("robot-now"), robot.joints_m.length > 0 ? spot(robot.position_m) : "not known");
+  say(at("robot-now"), robot.robot ? spot(robot.position_m) : "none");
 }
