@@ -78,7 +78,7 @@ pub(crate) fn main() -> ExitCode {
     match run(Tonus::parse()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("tonus: {error:#}");
+            eprintln!("tonus: {}", once(&error));
             // Filters are asked for on the command line alone.
             if error.is::<UsageError>() || error.is::<DesignError>() {
                 ExitCode::from(2)
@@ -114,6 +114,19 @@ fn run(Tonus { json, verb }: Tonus) -> anyhow::Result<()> {
         Verb::Teach(args) => args.run(json),
         Verb::Train(args) => args.run(json),
     }
+}
+
+/// An error and its causes; a cause that the text before it tells already is not told again.
+fn once(error: &anyhow::Error) -> String {
+    let mut text = String::new();
+    for cause in error.chain().map(ToString::to_string) {
+        if text.is_empty() {
+            text = cause;
+        } else if !text.contains(&cause) {
+            text = format!("{text}: {cause}");
+        }
+    }
+    text
 }
 
 /// Options that parse one by one and make no sense together.

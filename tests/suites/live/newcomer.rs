@@ -40,7 +40,7 @@ const MET: &[(&[&str], &[&str])] = &[
     (&["run", "--robot", "udp:nowhere"], &["nowhere", "PORT"]),
     (&["run", "--link", "replay:none.mcap"], &["none.mcap"]),
     (&["run", "--demonstrations", "none.csv"], &["none.csv"]),
-    (&["run", "--seconds", "0"], &["--seconds", "above zero"]),
+    (&["run", "--seconds", "0"], &["--seconds", "not above 0"]),
     (&["play", "none.mcap"], &["none.mcap"]),
     (
         &["recover", "none.mcap", "-o", "mended.mcap"],
@@ -97,6 +97,11 @@ fn every_refusal_says_what_to_do() {
             );
         }
         assert!(!told.contains("panicked"), "{arguments:?}: {told}");
+        let reason = "No such file or directory (os error 2)";
+        assert!(
+            told.matches(reason).count() < 2,
+            "{arguments:?} says it twice: {told}"
+        );
         println!("tonus {}\n    {}", arguments.join(" "), told.trim());
     }
 }
