@@ -12,6 +12,7 @@ use tonus::source::LinkChoice;
 use tonus::studio::hands::Hands;
 use tonus::studio::run::{Plan, Ran, run};
 use tonus::studio::terminal::{Calibrates, Enter, Records};
+use tonus_shared::stiffness::Segments;
 
 use super::options::positive;
 use super::run::{ask_passkey, stop_at_signal};
@@ -200,6 +201,7 @@ impl CalibrateArgs {
     /// A calibration that is not finished is a failure; the wearable then works with what it had.
     pub(crate) fn run(self, json: bool) -> anyhow::Result<()> {
         let found = self.devices.found()?;
+        Segments::new(self.mass, self.height)?;
         let person = Person {
             name: self.name,
             body_mass_kg: self.mass,

@@ -55,6 +55,9 @@ pub type Say = Box<dyn FnMut(&str)>;
 /// Between two acts, microseconds.
 const THINKS_US: u64 = 300_000;
 
+/// A calibration that has not begun so long after it was asked for will not, microseconds.
+const REFUSED_US: u64 = 2_000_000;
+
 /// Goes through the calibration step by step.
 pub struct Calibrates {
     person: Person,
@@ -95,6 +98,11 @@ impl Calibrates {
             if self.begun && calibration.in_use.is_some() {
                 self.done = true;
                 self.finished.set(true);
+                return None;
+            }
+            // Refused: the message says why.
+            if self.begun && view.at_us > self.acted_us + REFUSED_US {
+                self.done = true;
                 return None;
             }
             let ready = view.link.up && view.semg.is_some() && !self.begun;

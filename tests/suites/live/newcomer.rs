@@ -4,7 +4,10 @@ use std::process::{Command, Output};
 
 fn tonus(arguments: &[&str]) -> Output {
     let directory = tempfile::tempdir().unwrap();
-    Command::new(tonus_tests::program())
+    // Nothing here takes a minute; what hangs is a failure, not a wait.
+    Command::new("timeout")
+        .arg("60")
+        .arg(tonus_tests::program())
         .args(arguments)
         .current_dir(directory.path())
         // Neither the user's configuration nor their bus.
