@@ -71,8 +71,12 @@ impl LearnJob {
     /// # Errors
     /// Why there is none, for people.
     pub fn run(&self) -> Result<Library, String> {
-        Library::learn(&self.demonstrations, self.false_alarm_rate)
-            .map_err(|error| error.to_string())
+        let library = Library::learn(&self.demonstrations, self.false_alarm_rate);
+        let library = library.map_err(|error| error.to_string())?;
+        Ok(Library {
+            held_out: Library::held_out(&self.demonstrations),
+            ..library
+        })
     }
 }
 

@@ -139,7 +139,7 @@ impl Engine {
             skills,
             learning: self.learning.is_some(),
             problem: self.learn_problem.clone(),
-            held_out: None,
+            held_out: self.library.as_deref().and_then(|library| library.held_out),
         }
     }
 

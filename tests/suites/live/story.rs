@@ -25,6 +25,7 @@ struct Scored {
     movements: Vec<Movement>,
     followed: usize,
     calibration: Option<tonus::live::CalibrationResult>,
+    held_out: Option<[usize; 2]>,
 }
 
 impl Someone for Scored {
@@ -38,6 +39,7 @@ impl Someone for Scored {
         if view.calibration.result.is_some() {
             self.calibration.clone_from(&view.calibration.result);
         }
+        self.held_out = view.library.held_out.or(self.held_out);
         match view.recognition.as_ref().filter(|r| r.under_way) {
             None => self.movements.extend(self.now.take()),
             Some(recognition) => {
@@ -98,6 +100,8 @@ fn the_whole_story_plays_with_simulated_devices() {
                 None => {}
             }
         }
+        let [held_out, all] = scored.held_out.unwrap();
+        assert!(all == 15 && held_out >= 12, "{held_out} of {all} held out");
         let fitted = scored.calibration.unwrap();
         println!(
             "seed {seed}: {:?} l1 {:?} l2 {:?}",
