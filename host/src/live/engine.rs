@@ -23,7 +23,7 @@ use crate::demonstration::Demonstration;
 use crate::library::Library;
 use crate::model::recognise::RecogniseError;
 use crate::model::tempo::{TempoConfig, TempoRecogniser};
-use crate::robot::command::Command;
+use crate::robot::command::{Command, Quality};
 use crate::robot::gate::State;
 use crate::robot::limits::{ConfigError, Setpoint};
 use crate::session::{Event, Session, SessionError};
@@ -31,6 +31,10 @@ use crate::store;
 
 /// Each sensor is observed so often in a movement, microseconds.
 const INTERVAL_US: u64 = 200_000;
+/// A robot follows nobody who was not seen for so long, microseconds: more than a passing occlusion.
+const SEEN_WITHIN_US: u64 = 300_000;
+/// A movement of a hand that was not seen for so long is over, microseconds.
+const LOST_AFTER_US: u64 = 1_000_000;
 /// Time between two views, microseconds.
 const SHOW_EVERY_US: u64 = 40_000;
 /// Messages that are kept to be seen.
@@ -107,6 +111,8 @@ pub struct Engine {
     pub(super) wearable: Wearable,
     /// The newest picture with the hand, shoulder frame.
     pub(super) hand: Option<HandSeen>,
+    /// When the newest picture with the hand was taken.
+    seen_us: u64,
     /// The same in the robot's base frame, if that was taught.
     pub(super) hand_in_robot_m: Option<[f64; 3]>,
     pub(super) follow: Follow,
@@ -160,6 +166,7 @@ impl Engine {
             linked: None,
             tracker: None,
             hand: None,
+            seen_us: 0,
             hand_in_robot_m: None,
             calibrating: Calibrating::default(),
             take: None,
@@ -304,12 +311,29 @@ impl Engine {
         };
         match session.handle(Event::Frame(&frame), now_us) {
             Ok(Some(command)) => {
+                let command = self.seen(command, session);
                 self.latencies.add(now_us.saturating_sub(acquired_us));
                 world.commanded(now_us, &command);
                 self.follow.offer(&command, now_us);
             }
             Ok(None) => {}
             Err(error) => self.tell(true, error.to_string()),
+        }
+    }
+
+    /// A command on a hand that is not seen holds the robot; after a while nothing is left of the movement.
+    fn seen(&mut self, command: Command, session: &mut Session<'_>) -> Command {
+        let since_us = self.now_us.saturating_sub(self.seen_us);
+        if since_us <= SEEN_WITHIN_US {
+            return command;
+        }
+        if since_us > LOST_AFTER_US {
+            // At rest nothing ends, and nothing can fail.
+            let _ended = session.handle(Event::Ended, self.now_us);
+        }
+        Command {
+            quality: command.quality.max(Quality::Undecided),
+            ..command
         }
     }
 
@@ -343,6 +367,7 @@ impl Engine {
         });
         self.hand = placed;
         let Some(hand) = placed else { return };
+        self.seen_us = self.seen_us.max(hand.exposed_us);
         if let Some(take) = &mut self.take {
             take.hand(hand.exposed_us, hand.position_m);
         }

@@ -115,6 +115,8 @@ pub struct SimulatedDevices {
     began: bool,
     /// The link is cut.
     cut: bool,
+    /// The tracker is covered.
+    covered: bool,
 }
 
 impl SimulatedDevices {
@@ -146,6 +148,7 @@ impl SimulatedDevices {
             robot_us: 0,
             began: false,
             cut: false,
+            covered: false,
             config,
         })
     }
@@ -195,6 +198,11 @@ impl SimulatedDevices {
     /// Cuts the link, as out of reach, or mends it.
     pub fn cut(&mut self, cut: bool) {
         self.cut = cut;
+    }
+
+    /// Covers the tracker, which then sees no hand, or uncovers it.
+    pub fn cover(&mut self, covered: bool) {
+        self.covered = covered;
     }
 
     /// Session time of a scan, microseconds.
@@ -294,7 +302,7 @@ impl SimulatedDevices {
         while self.tracker.next_us() <= now_us {
             let exposed_us = self.tracker.next_us();
             let hand_m = self.puppet.truth(exposed_us).hand_m;
-            match self.tracker.expose(hand_m) {
+            match self.tracker.expose(hand_m).filter(|_| !self.covered) {
                 Some(hand) => self.arriving.push_back(hand),
                 None => out.push(Timed {
                     at_us: now_us,

@@ -2,6 +2,7 @@
 //! time; and the program itself as a newcomer meets it.
 
 mod clocks;
+mod covered;
 mod link;
 mod long;
 mod newcomer;
