@@ -1,8 +1,12 @@
 //! A recording of the whole story, played again.
 
-use tonus::live::{Act, Input, Timed, View};
-use tonus::recording::{Entry, Opening, Recorder};
+use std::path::Path;
+use std::time::Duration;
+
+use tonus::live::{Act, Input, Inputs, LinkEvent, SessionClock, Timed, View};
+use tonus::recording::{Entry, Opening, Reading, Recorder};
 use tonus::robot::command::Command;
+use tonus::source::replay;
 use tonus::source::simulated::{SimulatedConfig, SimulatedDevices};
 use tonus::studio::play::play;
 use tonus::studio::story::Story;
@@ -74,5 +78,45 @@ fn the_same_inputs_give_the_same_commands_bit_for_bit() {
     assert!(
         played.recorded > 3_000 && played.inputs > 20_000,
         "{played:?}"
+    );
+    again_as_devices(&file);
+}
+
+/// The same recording in the place of devices, a hundred times as fast: every frame comes, in order.
+fn again_as_devices(file: &Path) {
+    let frames = |input: Input| match input {
+        Input::Frame(bytes) => Some(bytes),
+        _ => None,
+    };
+    let recorded = Reading::open(file).unwrap().inputs();
+    let recorded: Vec<Vec<u8>> = recorded
+        .filter_map(|timed| frames(timed.unwrap().input))
+        .collect();
+    let inputs = Inputs::new(SessionClock::start());
+    let (port, _plug) = inputs.port();
+    let reading = replay::open(file).unwrap();
+    let replaying = std::thread::spawn(move || replay::run(reading, 100.0, &port));
+    let mut came = Vec::new();
+    let mut acts = 0;
+    loop {
+        let timed = inputs
+            .next(Duration::from_secs(10))
+            .expect("the recording goes on");
+        match timed.input {
+            Input::Link(LinkEvent::Down { reason }) => {
+                assert_eq!(reason, "the recording is over");
+                break;
+            }
+            Input::Act(_) | Input::Learnt(_) => acts += 1,
+            input => came.extend(frames(input)),
+        }
+    }
+    replaying.join().unwrap();
+    assert_eq!(acts, 0, "what people did then is not done again");
+    assert!(
+        came == recorded,
+        "{} of {} frames",
+        came.len(),
+        recorded.len()
     );
 }
