@@ -24,7 +24,7 @@ const SIMULATED_US: u64 = 5_200_000;
 const RECORD: &str = "Examples:
   tonus record --link ble --label lift_book --count 5 -o lift_book.mcap
   tonus record --link sim --label hand_over --count 2 -o trial.mcap
-  tonus export lift_book.mcap -o lift_book.csv && tonus train lift_book-demonstrations.csv -o lift.tonus";
+  tonus export lift_book.mcap -o lift_book.csv && tonus run --demonstrations lift_book-demonstrations.csv";
 
 /// Record demonstrations of one skill at the terminal: everything goes into a recording, which `tonus export` turns into
 /// a CSV file to train from.

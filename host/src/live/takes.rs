@@ -16,6 +16,8 @@ pub(super) const LONGEST_US: u64 = 60_000_000;
 const WAIT_US: u64 = 600_000;
 /// Points of the speed curve that is shown.
 const SHOWN: usize = 120;
+/// A longer rest ends a movement, seconds: as in the session that follows it.
+const LONGEST_REST_S: f64 = 0.5;
 /// What stays before the hand moves and after it stopped, seconds.
 const MARGIN_S: f64 = 0.05;
 
@@ -160,23 +162,31 @@ pub(super) struct Row {
     pub(super) values: [f64; DOFS.len()],
 }
 
-/// When the hand began to move first and stopped last, seconds; none if it did not move.
+/// The longest time in which the hand moved, seconds; none if it did not move. On the way to where the movement begins and back
+/// the hand moves too; what lies apart by a shorter rest than ends a movement is one.
 fn moved(rows: &[Row]) -> Option<[f64; 2]> {
     let mut detector = OnsetDetector::new(&OnsetConfig::default()).ok()?;
-    let (mut from_s, mut to_s) = (None, None);
+    let mut spans: Vec<[f64; 2]> = Vec::new();
+    let end_s = rows.last()?.t_s;
     for row in rows {
         let [x, y, z, ..] = row.values;
         match detector.step(row.t_s, [x, y, z]) {
-            Ok(Some(MotionEdge::Onset { at_s })) => {
-                from_s.get_or_insert(at_s);
-                to_s = None;
+            Ok(Some(MotionEdge::Onset { at_s })) => match spans.last_mut() {
+                Some([_, last_s]) if at_s - *last_s < LONGEST_REST_S => *last_s = end_s,
+                _ => spans.push([at_s, end_s]),
+            },
+            Ok(Some(MotionEdge::End { at_s })) => {
+                if let Some([_, last_s]) = spans.last_mut() {
+                    *last_s = at_s;
+                }
             }
-            Ok(Some(MotionEdge::End { at_s })) => to_s = Some(at_s),
             // Rows come in order and are finite.
             Ok(None) | Err(_) => {}
         }
     }
-    Some([from_s?, to_s.or(rows.last().map(|row| row.t_s))?])
+    spans
+        .into_iter()
+        .max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])))
 }
 
 /// A demonstration that was recorded.

@@ -58,6 +58,9 @@ const THINKS_US: u64 = 300_000;
 /// A calibration that has not begun so long after it was asked for will not, microseconds.
 const REFUSED_US: u64 = 2_000_000;
 
+/// So often it is asked for.
+const REFUSALS: u32 = 5;
+
 /// Goes through the calibration step by step.
 pub struct Calibrates {
     person: Person,
@@ -67,6 +70,7 @@ pub struct Calibrates {
     asked: Option<(u32, bool)>,
     acted_us: u64,
     done: bool,
+    refused: u32,
     finished: Rc<Cell<bool>>,
 }
 
@@ -82,6 +86,7 @@ impl Calibrates {
             asked: None,
             acted_us: 0,
             done: false,
+            refused: 0,
             finished: Rc::default(),
         }
     }
@@ -100,9 +105,11 @@ impl Calibrates {
                 self.finished.set(true);
                 return None;
             }
-            // Refused: the message says why.
+            // Refused: the message says why. A wearable tells what must be known within some seconds.
             if self.begun && view.at_us > self.acted_us + REFUSED_US {
-                self.done = true;
+                self.refused += 1;
+                self.begun = false;
+                self.done = self.refused >= REFUSALS;
                 return None;
             }
             let ready = view.link.up && view.semg.is_some() && !self.begun;
