@@ -6,5 +6,6 @@
     reason = "test suite"
 )]
 
+mod anywhere;
 mod receiver;
 mod speed;

@@ -24,7 +24,11 @@ const PERIOD_S: f64 = 0.001;
 /// A stall longer than this is not caught up with, s.
 const LONGEST_STEP_S: f64 = 0.1;
 /// How fast redundant joints go back to their ready posture, rad/s.
-const READY_RATE: f64 = 3.0;
+const READY_RATE: f64 = 8.0;
+/// So near a stop a joint is pushed off it, rad; at the stop with all that its drive can give.
+const MARGIN_RAD: f64 = 0.35;
+/// How long a joint would take to cross the angle that its speed is damped like, s.
+const STOP_DAMPING_S: f64 = 0.1;
 /// Keeps the hand's inertia finite where it cannot move in a direction, 1/kg.
 const LEAST_MOBILITY: f64 = 1e-6;
 
@@ -196,8 +200,27 @@ impl ImpedanceArm {
             * ((Joints::from(READY_RAD) - q) * (READY_RATE * READY_RATE)
                 - speeds * (2.0 * READY_RATE));
         let unfelt = ready - moves.transpose() * (inertia * (answered.transpose() * ready));
-        let torques = moves.transpose() * hand + weight_and_speed + unfelt;
+        let torques = moves.transpose() * hand + weight_and_speed + unfelt + self.off_the_stops();
         torques.zip_map(&self.effort_nm, |torque, most| torque.clamp(-most, most))
+    }
+}
+
+impl ImpedanceArm {
+    /// A spring and a damper that keep each joint off its stops, N m: at a stop a joint moves no hand, and the others would be
+    /// asked for what they cannot do. Zero where no joint is near one.
+    fn off_the_stops(&self) -> Joints {
+        let mut torques = Joints::zeros();
+        for (joint, limits) in self.limits.iter().enumerate() {
+            let (angle, speed) = (self.angles_rad[joint], self.speeds_rad_per_s[joint]);
+            let most = self.effort_nm[joint];
+            let above = (MARGIN_RAD - (angle - limits.lower_rad)).max(0.0);
+            let below = (MARGIN_RAD - (limits.upper_rad - angle)).max(0.0);
+            if above > 0.0 || below > 0.0 {
+                let spring = most / MARGIN_RAD;
+                torques[joint] = spring * (above - below) - spring * STOP_DAMPING_S * speed;
+            }
+        }
+        torques
     }
 }
 
