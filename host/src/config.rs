@@ -153,7 +153,7 @@ impl Default for Recognition {
             position_sigma_mm: 3.0,
             stiffness_sigma: 0.1,
             decide_at: 0.95,
-            false_alarm_rate: 0.05,
+            false_alarm_rate: 0.01,
             act_within_mm: 60.0,
         }
     }
