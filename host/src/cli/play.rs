@@ -5,6 +5,8 @@ use std::path::PathBuf;
 
 use anyhow::bail;
 use serde_json::json;
+use tonus::config::Config;
+use tonus::recording::Reading;
 use tonus::studio::play::{Played, play};
 
 use super::progress::Progress;
@@ -32,7 +34,12 @@ pub(crate) struct PlayArgs {
 impl PlayArgs {
     /// Commands that differ are a failure.
     pub(crate) fn run(self, json: bool) -> anyhow::Result<()> {
-        let rate = tonus::config::Config::default()
+        // Learnt as the run learnt them.
+        let config = Reading::open(&self.recording)?
+            .opening()
+            .configuration
+            .clone();
+        let rate = Config::parse(&config, &self.recording)?
             .recognition
             .false_alarm_rate;
         let skills = library(&self.demonstrations, rate, json)?;

@@ -8,18 +8,18 @@ use std::sync::Arc;
 use tonus_shared::onset::OnsetConfig;
 use tonus_shared::wire::Packet;
 
+use super::acts::LearnJob;
 use super::calibrating::Calibrating;
 use super::config::EngineConfig;
 use super::follow::{Body, Follow};
-use super::input::{Act, HandSeen, Input, LinkEvent, RobotSeen, TrackerEvent};
+use super::input::{HandSeen, Input, LinkEvent, RobotSeen, TrackerEvent};
 use super::latency::Latencies;
-use super::request::{Prompt, Request};
+use super::request::Request;
 use super::takes::{Kept, LONGEST_US, Take};
 use super::trace::Traces;
-use super::view::{FileView, Message, View};
+use super::view::{Message, View};
 use super::wearable::{Heard, Wearable};
 use crate::clock::{ClockError, Notice};
-use crate::demonstration::Demonstration;
 use crate::library::Library;
 use crate::model::recognise::RecogniseError;
 use crate::model::tempo::{TempoConfig, TempoRecogniser};
@@ -27,7 +27,6 @@ use crate::robot::command::{Command, Quality};
 use crate::robot::gate::State;
 use crate::robot::limits::{ConfigError, Setpoint};
 use crate::session::{Event, Session, SessionError};
-use crate::store;
 
 /// Each sensor is observed so often in a movement, microseconds.
 const INTERVAL_US: u64 = 200_000;
@@ -60,28 +59,6 @@ pub trait World {
     fn set(&mut self, at_us: u64, setpoint: &Setpoint, state: State);
     /// There is something to see.
     fn show(&mut self, view: &View);
-}
-
-/// Demonstrations to learn from, apart from the engine.
-#[derive(Debug, Clone)]
-pub struct LearnJob {
-    demonstrations: Vec<Demonstration>,
-    false_alarm_rate: f64,
-}
-
-impl LearnJob {
-    /// Learns. The same demonstrations give the same library.
-    ///
-    /// # Errors
-    /// Why there is none, for people.
-    pub fn run(&self) -> Result<Library, String> {
-        let library = Library::learn(&self.demonstrations, self.false_alarm_rate);
-        let library = library.map_err(|error| error.to_string())?;
-        Ok(Library {
-            held_out: Library::held_out(&self.demonstrations),
-            ..library
-        })
-    }
 }
 
 /// Why there is no engine.
@@ -127,7 +104,6 @@ pub struct Engine {
     pub(super) latencies: Latencies,
     pub(super) history: Vec<Option<String>>,
     pub(super) messages: Vec<Message>,
-    pub(super) file: Option<FileView>,
     shown_us: u64,
     moved: Moved,
 }
@@ -179,7 +155,6 @@ impl Engine {
             latencies: Latencies::default(),
             history: Vec::new(),
             messages: Vec::new(),
-            file: None,
             shown_us: 0,
             moved: Moved::default(),
         })
@@ -214,11 +189,6 @@ impl Engine {
                 }
             }
         }
-    }
-
-    /// Says what the recording on disk does.
-    pub fn set_file(&mut self, file: Option<FileView>) {
-        self.file = file;
     }
 
     fn feed(&mut self, mut session: Option<Session<'_>>, world: &mut impl World) -> Next {
@@ -404,142 +374,6 @@ impl Engine {
         }
     }
 
-    fn act(&mut self, act: Act, world: &mut impl World) {
-        let now_us = self.now_us;
-        let outcome = match act {
-            Act::Record { label } => self.record(label, world),
-            Act::Stop => self.stop(world),
-            Act::Trim { id, from_s, to_s } => self.of(id).and_then(|kept| kept.trim(from_s, to_s)),
-            Act::Label { id, label } => checked(&label).and_then(|label| {
-                self.of(id)?.label = label;
-                Ok(())
-            }),
-            Act::Discard { id } => self.of(id).map(|_| ()).map(|()| {
-                self.kept.retain(|kept| kept.id != id);
-            }),
-            Act::Train => self.train(world),
-            Act::Ask { label } => checked(&label).map(|label| {
-                world.ask(now_us, Request::Prompt(Prompt::Perform { label }));
-            }),
-            Act::Arm => self.follow.arm(now_us),
-            Act::Disarm => {
-                self.follow.disarm();
-                Ok(())
-            }
-            Act::Raw { on } => {
-                // It is asked with the next ping.
-                self.config.raw = on;
-                Ok(())
-            }
-            Act::Calibrate(_)
-            | Act::CheckFit
-            | Act::CalibrationStep
-            | Act::CalibrationNext
-            | Act::CalibrationUse
-            | Act::CalibrationCancel => self.calibrate(act, world),
-        };
-        if let Err(problem) = outcome {
-            self.tell(true, problem);
-        }
-    }
-
-    fn of(&mut self, id: u32) -> Result<&mut Kept, String> {
-        let ids: Vec<u32> = self.kept.iter().map(|kept| kept.id).collect();
-        let found = self.kept.iter_mut().find(|kept| kept.id == id);
-        found.ok_or_else(|| format!("there is no demonstration {id}; there are {ids:?}"))
-    }
-
-    fn record(&mut self, label: String, world: &mut impl World) -> Result<(), String> {
-        let label = checked(&label)?;
-        if self.take.is_some() {
-            return Err("a demonstration is being recorded: stop it first".to_owned());
-        }
-        // A robot that is shown what to do follows nobody.
-        self.follow.disarm();
-        self.take = Some(Take::new(label.clone(), self.now_us));
-        world.ask(self.now_us, Request::Prompt(Prompt::Perform { label }));
-        Ok(())
-    }
-
-    fn stop(&mut self, world: &mut impl World) -> Result<(), String> {
-        let now_us = self.now_us;
-        let take = self.take.as_mut();
-        take.ok_or("nothing is being recorded")?.stop(now_us);
-        world.ask(now_us, Request::Prompt(Prompt::Free));
-        Ok(())
-    }
-
-    fn train(&mut self, world: &mut impl World) -> Result<(), String> {
-        if self.learning.is_some() {
-            return Err("the skills are being learnt already".to_owned());
-        }
-        let mut demonstrations = Vec::new();
-        for kept in &self.kept {
-            let made = kept.demonstration();
-            demonstrations.push(
-                made.map_err(|error| {
-                    format!("demonstration {} ({}): {error}", kept.id, kept.label)
-                })?,
-            );
-        }
-        if demonstrations.is_empty() {
-            return Err("nothing to learn from: record demonstrations first".to_owned());
-        }
-        self.learn_problem = None;
-        let job = LearnJob {
-            demonstrations,
-            false_alarm_rate: self.config.false_alarm_rate,
-        };
-        self.learning = Some(job.clone());
-        world.learn(job);
-        Ok(())
-    }
-
-    /// Takes over what was learnt; whether there is another library.
-    fn learnt(&mut self, outcome: Result<Vec<u8>, String>, world: &mut impl World) -> bool {
-        let Some(job) = self.learning.take() else {
-            self.tell(true, "a model came that nobody asked for".to_owned());
-            return false;
-        };
-        let library = match outcome {
-            Err(problem) => Err(problem),
-            Ok(bytes) => match world.learnt() {
-                Some(library) => Ok(library),
-                None => self.again(&job, &bytes),
-            },
-        };
-        match library {
-            Ok(library) => {
-                // Commands of the old skills count no more.
-                self.follow.disarm();
-                self.tell(
-                    false,
-                    format!("learnt {} skills", library.model.labels().len()),
-                );
-                self.library = Some(library);
-                true
-            }
-            Err(problem) => {
-                self.tell(true, format!("not learnt: {problem}"));
-                self.learn_problem = Some(problem);
-                false
-            }
-        }
-    }
-
-    /// Learns what a recording says was learnt, and says so if it is another model.
-    fn again(&mut self, job: &LearnJob, recorded: &[u8]) -> Result<Arc<Library>, String> {
-        let library = job.run()?;
-        let same = store::to_bytes(&library.model).is_ok_and(|bytes| bytes == recorded);
-        if !same {
-            self.tell(
-                true,
-                "the model learnt again differs from the recorded one: another version of the program?".to_owned(),
-            );
-        }
-        Ok(Arc::new(library))
-    }
-
     /// What is due by itself.
     fn routine(&mut self, session: Option<&Session<'_>>, world: &mut impl World) {
         let now_us = self.now_us;
@@ -597,18 +431,5 @@ impl Engine {
         });
         let extra = self.messages.len().saturating_sub(MESSAGES);
         self.messages.drain(..extra);
-    }
-}
-
-/// A label that files and models can carry.
-fn checked(label: &str) -> Result<String, String> {
-    let label = label.trim();
-    let fine = !label.is_empty() && label.len() <= 64 && !label.chars().any(char::is_control);
-    if fine {
-        Ok(label.to_owned())
-    } else {
-        Err(format!(
-            "`{label}` is no label: give 1 to 64 printable characters"
-        ))
     }
 }

@@ -2,6 +2,7 @@
 //!
 //! Nothing here opens a device, a file or a socket, and only [`SessionClock`] reads a clock, for those that do.
 
+mod acts;
 mod calibrating;
 mod config;
 mod engine;
@@ -16,8 +17,9 @@ mod trace;
 mod view;
 mod wearable;
 
+pub use acts::LearnJob;
 pub use config::EngineConfig;
-pub use engine::{Engine, EngineError, LearnJob, World};
+pub use engine::{Engine, EngineError, World};
 pub use follow::{Body, simulated};
 
 pub use crate::calibration::{CalibrationResult, Estimate, Person, StepView};

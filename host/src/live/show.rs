@@ -43,7 +43,7 @@ impl Engine {
             library: self.library_view(),
             recognition: session.map(|session| self.recognition_view(session)),
             robot: self.robot_view(),
-            file: self.file.clone(),
+            file: None,
             latency: self.latencies.view(),
             story: None,
             messages: self.messages.clone(),
