@@ -5,7 +5,7 @@ mod speaker;
 pub use speaker::{Speaker, SpeakerError};
 
 use tonus_native::lsl::{ChannelDescription, Description, Lsl, LslError, Outlet};
-use tonus_shared::wire::{Configuration, Muscle, Packet, SequenceTracker, Stream, decode};
+use tonus_shared::wire::{Configuration, Packet, SequenceTracker, Stream, decode};
 
 use crate::clock::{ClockConfig, DeviceClock};
 use crate::live::{Input, Timed};
@@ -116,7 +116,7 @@ fn description(configuration: &Configuration, source_id: &str) -> Description {
         .zip(muscles)
         .map(|(number, muscle)| {
             channel(
-                format!("envelope_{number}_{}", name(*muscle)),
+                format!("envelope_{number}_{}", muscle.name()),
                 "share of maximum",
                 "EMG",
             )
@@ -137,16 +137,5 @@ fn description(configuration: &Configuration, source_id: &str) -> Description {
         rate_hz: configuration.stream_hz.into(),
         source_id: source_id.to_owned(),
         channels,
-    }
-}
-
-const fn name(muscle: Muscle) -> &'static str {
-    match muscle {
-        Muscle::Absent => "absent",
-        Muscle::BicepsShort => "biceps_short",
-        Muscle::BicepsLong => "biceps_long",
-        Muscle::TricepsLateral => "triceps_lateral",
-        Muscle::TricepsLong => "triceps_long",
-        Muscle::Other => "other",
     }
 }

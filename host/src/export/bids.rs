@@ -10,7 +10,6 @@ use tonus_shared::wire::Muscle;
 
 use crate::atomic;
 
-use super::column::name;
 use super::edf::{Annotation, Edf, Signal};
 use super::error::ExportError;
 use super::scans::Scans;
@@ -254,7 +253,7 @@ fn channels(scans: &Scans) -> String {
             .to_owned();
     for (number, muscle) in (1..).zip(scans.muscles()) {
         let label = channel(number, *muscle);
-        let place = name(*muscle).replace('_', " ");
+        let place = muscle.name().replace('_', " ");
         let rate_hz = scans.rate_hz();
         text += &format!("{label}\tEMG\tuV\t{rate_hz}\tE{number}\tn/a\t{place}\tn/a\n");
     }

@@ -32,18 +32,6 @@ impl From<f64> for Cell {
     }
 }
 
-/// Name of a place on the arm, for columns and files.
-pub(super) const fn name(muscle: Muscle) -> &'static str {
-    match muscle {
-        Muscle::Absent => "absent",
-        Muscle::BicepsShort => "biceps_short",
-        Muscle::BicepsLong => "biceps_long",
-        Muscle::TricepsLateral => "triceps_lateral",
-        Muscle::TricepsLong => "triceps_long",
-        Muscle::Other => "other",
-    }
-}
-
 fn column(name: impl Into<String>, unit: &'static str, description: &'static str) -> Column {
     Column {
         name: name.into(),
@@ -94,7 +82,7 @@ fn of_stream(muscles: &[Muscle]) -> Vec<Column> {
         column("sequence", "1", "number of the packet"),
     ];
     for (number, muscle) in (1..).zip(muscles) {
-        let name = format!("envelope_{number}_{}", name(*muscle));
+        let name = format!("envelope_{number}_{}", muscle.name());
         all.push(column(
             name,
             "1",

@@ -89,6 +89,21 @@ pub enum Muscle {
     Other = 5,
 }
 
+impl Muscle {
+    /// Its name in columns, files and streams.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Absent => "absent",
+            Self::BicepsShort => "biceps_short",
+            Self::BicepsLong => "biceps_long",
+            Self::TricepsLateral => "triceps_lateral",
+            Self::TricepsLong => "triceps_long",
+            Self::Other => "other",
+        }
+    }
+}
+
 /// What the host must know to read the rest; sent at start and once a second, so that a host that
 /// joins late needs no question.
 #[derive(Clone, Copy, Debug, PartialEq)]
