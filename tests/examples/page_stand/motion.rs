@@ -55,7 +55,7 @@ pub(crate) fn joints_m(tool_m: [f64; 3]) -> Vec<[f64; 3]> {
 
 /// Robot stiffness, N/m.
 pub(crate) fn firmness(share: f64) -> [f64; 3] {
-    [400.0, 500.0, 450.0 + 500.0 * there_and_back(share)]
+    [1400.0, 1500.0, 1450.0 + 500.0 * there_and_back(share)]
 }
 
 /// What is expected of a path from here to its end, wider the later.
@@ -142,9 +142,9 @@ impl Muscles {
     pub(crate) fn stiffness(&self, t_s: f64, effort: f64) -> [f64; 3] {
         let level = self.envelope(0, t_s, effort);
         [
-            180.0 + 900.0 * level,
-            140.0 + 500.0 * level,
-            120.0 + 400.0 * level,
+            1180.0 + 900.0 * level,
+            1140.0 + 500.0 * level,
+            1120.0 + 400.0 * level,
         ]
     }
 }

@@ -246,7 +246,7 @@ impl Stand {
             activation: self.muscles.envelope(0, self.now_s, effort),
             co_contraction: 1.4,
             stiffness_n_per_m: self.muscles.stiffness(self.now_s, effort),
-            hand_seen: true,
+            hand_seen: self.now_s % 6.0 < 3.0,
             held: false,
             delay_ms: 45.0,
         }

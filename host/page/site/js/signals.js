@@ -186,11 +186,11 @@ function drawFirmness(view, now_s) {
   const lines = [...AXES.map((name, i) => line(i, name)), ...AXES.map((name, i) => line(i, `${name} expected`, { dash: [4, 4] }))];
   draw("chart-firmness", lines, upwards(500, "N/m", -BACK_S, AHEAD_S), [t, ...solid, ...dashed]);
   const [x, y, z] = view.robot.stiffness_n_per_m;
-  legend(at("firmness-now"), [["x", x], ["y", y], ["z", z]], "dashed: expected");
+  legend(at("firmness-now"), [["x", x], ["y", y], ["z", z]]);
 }
 
-function legend(node, values, more = "") {
-  const text = values.map(([name, value]) => `${name} ${number(value)}`).join("|") + more;
+function legend(node, values) {
+  const text = values.map(([name, value]) => `${name} ${number(value)}`).join("|");
   if (node.dataset.text === text) return;
   node.dataset.text = text;
   node.replaceChildren();
@@ -199,7 +199,7 @@ function legend(node, values, more = "") {
     swatch.className = `swatch c${i}`;
     node.append(swatch, `${name} ${number(value)} `);
   });
-  node.append("N/m", more && ` · ${more}`);
+  node.append("N/m");
 }
 
 /** Raw sEMG is sent when somebody wants to see it: it takes most of a link's room. */
@@ -223,13 +223,14 @@ export function signals(view) {
   drawRaw(now_s);
   drawFirmness(view, now_s);
   const [x, y, z] = view.semg?.stiffness_n_per_m ?? [null, null, null];
-  legend(at("stiffness-now"), [["x", x], ["y", y], ["z", z]], stiffnessNote(view.semg));
+  legend(at("stiffness-now"), [["x", x], ["y", y], ["z", z]]);
+  at("stiffness-note").textContent = stiffnessNote(view.semg);
 }
 
 function stiffnessNote(semg) {
   if (!semg) return "";
-  if (semg.held) return "held";
-  return semg.hand_seen ? "" : "elbow assumed";
+  if (semg.held) return "held: the last stiffness that could be trusted";
+  return semg.hand_seen ? "" : "elbow assumed: the hand is not seen";
 }
 
 /** A chart has as many rows as lines, also before the first sample. */
