@@ -6,6 +6,7 @@ import { at, flag, say, show } from "./dom.js";
 import { connect as connectStep, health } from "./health.js";
 import { messages, refused } from "./messages.js";
 import { muscles } from "./muscles.js";
+import { people, setUpPeople } from "./people.js";
 import { connect, on } from "./program.js";
 import { recognition } from "./recognition.js";
 import { record, setUpRecord } from "./record.js";
@@ -35,13 +36,14 @@ function setUpTheme() {
   tell();
 }
 
-const PARTS = [work, robot, follow, muscles, signals, space, recognition, health, connectStep, calibration, record, train, messages];
+const PARTS = [work, robot, follow, muscles, signals, space, recognition, health, connectStep, calibration, people, record, train, messages];
 
 setUpTheme();
 setUpWork();
 setUpRobot();
 setUpSignals();
 setUpCalibration();
+setUpPeople();
 setUpRecord();
 setUpTrain();
 on("view", (view) => PARTS.forEach((part) => part(view)));
