@@ -171,7 +171,8 @@ impl Connection {
             layout::DEVICE_LOST => Event::DeviceLost,
             layout::DEVICE_FAILURE => Event::DeviceFailed {
                 // SAFETY: of this kind is what the library points at, until the next poll.
-                status: unsafe { copy::<layout::DeviceFailure>(event) }.map_or(0, |told| told.status),
+                status: unsafe { copy::<layout::DeviceFailure>(event) }
+                    .map_or(0, |told| told.status),
             },
             // SAFETY: as above.
             layout::TRACKING => match unsafe { frame(event, self.leapc.now_us()) } {
@@ -185,7 +186,8 @@ impl Connection {
     /// As the WebSocket's client does: frames without the focus, of a tracker on the table.
     fn ask_for_frames(&self) -> Result<(), LeapCError> {
         // SAFETY: the connection is live.
-        let code = unsafe { (self.leapc.0.set_policy)(self.handle, BACKGROUND_FRAMES, OPTIMIZE_HMD) };
+        let code =
+            unsafe { (self.leapc.0.set_policy)(self.handle, BACKGROUND_FRAMES, OPTIMIZE_HMD) };
         check("LeapSetPolicyFlags", code)
     }
 }

@@ -94,5 +94,8 @@ fn numbers_are_those_of_the_header() {
     let background = leap_sys::_eLeapPolicyFlag_eLeapPolicyFlag_BackgroundFrames;
     let worn = leap_sys::_eLeapPolicyFlag_eLeapPolicyFlag_OptimizeHMD;
     let theirs = [background, worn].map(i64::from).map(i64::cast_unsigned);
-    assert_eq!([functions::BACKGROUND_FRAMES, functions::OPTIMIZE_HMD], theirs);
+    assert_eq!(
+        [functions::BACKGROUND_FRAMES, functions::OPTIMIZE_HMD],
+        theirs
+    );
 }
