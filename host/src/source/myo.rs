@@ -82,3 +82,6 @@ async fn serve<C: Central>(
         }
     }
 }
+
+#[cfg(test)]
+mod tests;
