@@ -123,6 +123,8 @@ pub struct Page {
 pub struct Recording {
     /// Where files go; relative to where the program is started.
     pub directory: PathBuf,
+    /// Where what was measured of people is kept, a file each; likewise relative.
+    pub people: PathBuf,
 }
 
 impl Default for Wearable {
@@ -190,6 +192,7 @@ impl Default for Recording {
     fn default() -> Self {
         Self {
             directory: PathBuf::from("recordings"),
+            people: PathBuf::from("people"),
         }
     }
 }

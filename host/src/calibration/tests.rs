@@ -10,6 +10,7 @@ use super::*;
 
 mod guide;
 mod pattern;
+mod profile;
 
 const MUSCLES: [Muscle; 4] = [
     Muscle::BicepsShort,

@@ -10,6 +10,7 @@ mod follow;
 mod input;
 mod latency;
 mod port;
+mod recall;
 mod request;
 mod show;
 mod takes;
@@ -22,7 +23,7 @@ pub use config::EngineConfig;
 pub use engine::{Engine, EngineError, World};
 pub use follow::{Body, simulated};
 
-pub use crate::calibration::{CalibrationResult, Estimate, Person, StepView};
+pub use crate::calibration::{CalibrationResult, Estimate, Person, Profile, StepView};
 pub use input::{Act, HandSeen, Input, LinkEvent, RobotSeen, Timed, TrackerEvent};
 pub use port::{Injector, Inputs, Plug, Port, SessionClock};
 pub use request::{Prompt, Request};

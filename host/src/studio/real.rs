@@ -6,16 +6,19 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use super::hands::Hands;
+use super::keep::Keeper;
 use crate::broadcast::Speaker;
+use crate::calibration::Profile;
 use crate::library::Library;
-use crate::live::{Act, Injector, Input, Inputs, LearnJob, Plug, Request, RobotSeen, View, World};
+use crate::live::{
+    Act, Injector, Input, Inputs, LearnJob, Message, Plug, Request, RobotSeen, View, World,
+};
 use crate::page::Page;
 use crate::recording::{Entry, Recorder};
 use crate::robot::command::Command;
 use crate::robot::gate::State;
 use crate::robot::limits::Setpoint;
 use crate::robot::udp::UdpRobot;
-use crate::store;
 
 /// The engine wakes so often at least: the robot's period.
 const WAKE: Duration = Duration::from_millis(1);
@@ -40,6 +43,7 @@ pub struct Real {
     /// What they do.
     acts: VecDeque<Act>,
     learnt: Learnt,
+    keeper: Keeper,
     stop: Arc<AtomicBool>,
     end_us: Option<u64>,
     /// Whether the run ends when they are done.
@@ -64,6 +68,8 @@ pub struct Parts {
     pub robot: Option<UdpRobot>,
     /// Who presses the buttons beside the page.
     pub hands: Option<Box<dyn Hands>>,
+    /// Writes what outlives the run.
+    pub keeper: Keeper,
     /// Set from outside to end the run.
     pub stop: Arc<AtomicBool>,
     /// The run ends then, session time, microseconds.
@@ -98,6 +104,7 @@ impl Real {
             hands: parts.hands,
             acts: VecDeque::new(),
             learnt: Learnt::default(),
+            keeper: parts.keeper,
             stop: parts.stop,
             end_us: parts.end_us,
             ends: parts.ends_with_hands,
@@ -169,9 +176,11 @@ impl World for Real {
 
     fn learn(&mut self, job: LearnJob) {
         let (learnt, injector) = (Arc::clone(&self.learnt), self.injector.clone());
+        let keeper = self.keeper.clone();
         let work = move || {
             let outcome = job.run().and_then(|library| {
-                let bytes = store::to_bytes(&library.model).map_err(|error| error.to_string())?;
+                let bytes = library.to_bytes().map_err(|error| error.to_string())?;
+                keeper.skills(&library);
                 let mut slot = learnt.lock().unwrap_or_else(PoisonError::into_inner);
                 *slot = Some(Arc::new(library));
                 Ok(bytes)
@@ -193,6 +202,10 @@ impl World for Real {
     fn learnt(&mut self) -> Option<Arc<Library>> {
         let mut slot = self.learnt.lock().unwrap_or_else(PoisonError::into_inner);
         slot.take()
+    }
+
+    fn measured(&mut self, profile: &Profile) {
+        self.keeper.person(profile);
     }
 
     fn commanded(&mut self, at_us: u64, command: &Command) {
@@ -224,6 +237,13 @@ impl World for Real {
             view.story = hands.text();
         }
         view.file = self.recorder.as_ref().map(Recorder::state);
+        view.calibration.people = self.keeper.names();
+        view.messages
+            .extend(self.keeper.problem().map(|text| Message {
+                at_us: view.at_us,
+                problem: true,
+                text,
+            }));
         if let Some(page) = &self.page {
             page.show(&view);
         }

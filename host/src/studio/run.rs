@@ -6,10 +6,12 @@ use std::sync::atomic::AtomicBool;
 use std::thread::JoinHandle;
 
 use super::hands::Hands;
+use super::keep::Keeper;
 use super::real::{Left, Parts, Real};
 use super::setup::{self, SetupError};
 use super::story::Told;
 use crate::broadcast::{Speaker, SpeakerError};
+use crate::calibration::Profile;
 use crate::config::Config;
 use crate::library::Library;
 use crate::link::ble::AskPasskey;
@@ -38,6 +40,10 @@ pub struct Plan {
     pub lsl: bool,
     /// Skills known before.
     pub library: Option<Arc<Library>>,
+    /// Keeps skills that are learnt and people who are measured.
+    pub keeper: Keeper,
+    /// Who wears the wearable, as they were measured before.
+    pub person: Option<Profile>,
     /// Seed of what is simulated.
     pub seed: u64,
     /// A recording in the wearable's place runs so many times as fast as it was.
@@ -113,10 +119,18 @@ pub fn run(
         .then(|| Speaker::start(&plan.link.to_string(), clock));
     let speaker = speaker.transpose()?;
     let injector = inputs.injector();
+    if let Some(profile) = &plan.person {
+        // The queue is empty.
+        let _room = injector.input(Input::Act(Act::Recall {
+            name: profile.person.name.clone(),
+            profile: Some(Box::new(profile.clone())),
+        }));
+    }
+    let keeper = plan.keeper.clone();
     let page = plan.page.then(|| {
         Page::serve(plan.config.page.port, move |act: Act| {
             // A page that acts faster than the engine takes is told by what does not happen.
-            let _room = injector.input(Input::Act(act));
+            let _room = injector.input(Input::Act(looked_up(act, &keeper)));
         })
     });
     let page = page.transpose()?;
@@ -140,6 +154,7 @@ pub fn run(
         speaker,
         robot: setup::controller(&plan.config)?,
         hands: plan.hands,
+        keeper: plan.keeper,
         stop: plan.stop,
         #[allow(
             clippy::cast_possible_truncation,
@@ -169,11 +184,22 @@ pub fn run(
 fn opening(plan: &Plan) -> Opening {
     Opening {
         configuration: plan.config.text(),
-        model: (plan.library.as_deref())
-            .and_then(|library| crate::store::to_bytes(&library.model).ok()),
+        model: (plan.library.as_deref()).and_then(|library| library.to_bytes().ok()),
+        subject: plan.person.as_ref().map(|profile| profile.person.clone()),
+        calibration: plan.person.as_ref().map(Profile::text),
         version: env!("CARGO_PKG_VERSION").to_owned(),
         started_unix_us: unix_us(),
-        ..Opening::default()
+    }
+}
+
+/// What is kept of whom an act names: a window gives a name, never numbers.
+fn looked_up(act: Act, keeper: &Keeper) -> Act {
+    match act {
+        Act::Recall { name, .. } => {
+            let profile = keeper.recall(&name).ok().map(Box::new);
+            Act::Recall { name, profile }
+        }
+        other => other,
     }
 }
 

@@ -65,6 +65,7 @@ impl Stand {
     pub(crate) fn act(&mut self, act: Act) {
         match act {
             Act::Calibrate(person) => self.calibration.begin(Some(person.name), false),
+            Act::Recall { name, .. } => self.calibration.recall(name),
             Act::CheckFit => self.calibration.begin(None, true),
             Act::CalibrationStep => self.calibration.start(self.now_s),
             Act::CalibrationNext => {

@@ -7,5 +7,6 @@ mod link;
 mod long;
 mod newcomer;
 mod played;
+mod recalled;
 mod story;
 mod world;

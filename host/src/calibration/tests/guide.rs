@@ -25,7 +25,7 @@ fn measure(guide: &mut Guide, person: &mut Simulated, spoil: Spoil) {
     );
 }
 
-fn measure_all(person: &mut Simulated) -> Guide {
+pub(super) fn measure_all(person: &mut Simulated) -> Guide {
     let mut guide = begin();
     while guide.result().is_none() {
         measure(&mut guide, person, NOTHING);

@@ -118,7 +118,7 @@ pub(super) fn run(file: &Path, json: bool) -> anyhow::Result<()> {
 
 /// Labels of the model that the recording began with.
 fn skills(opening: &Opening) -> Option<Vec<String>> {
-    let model = store::from_bytes(opening.model.as_ref()?).ok()?;
+    let (model, _) = store::from_bytes(opening.model.as_ref()?).ok()?;
     Some(model.labels().to_vec())
 }
 
