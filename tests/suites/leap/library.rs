@@ -1,15 +1,14 @@
 //! Through LeapC: a library with its functions and layouts plays what a test writes (see `tests/leapc-stand`).
 
-use std::path::Path;
-use std::process::Command;
+mod garbage;
+mod program;
+
 use std::time::{Duration, Instant};
 
-use rand::{RngExt as _, SeedableRng as _};
-use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
 use tempfile::TempDir;
-use tonus::leap::{FrameError, Leap, Loss, Origin, Protocol, Refusal, Sight, Update};
-use tonus_native::leapc::{LeapCError, Unreadable};
+use tonus::leap::{Leap, Loss, Origin, Protocol, Refusal, Sight, Update};
+use tonus_native::leapc::LeapCError;
 use tonus_tests::{leapc_stand, recordings};
 
 use super::recorded::{agrees, messages, rows, stamp};
@@ -243,123 +242,6 @@ fn a_service_without_a_tracker_is_left_and_asked_again() {
     assert!(began.elapsed() >= Duration::from_secs(3));
 }
 
-/// Frames that no tracker sends.
-fn nonsense(random: &mut ChaCha8Rng, k: u64) -> Value {
-    let mut hand = right([10.0, k as f64, -20.0]);
-    let mut told = json!({ "id": k, "timestamp": k * PERIOD_US, "hands": [] });
-    let field =
-        ["palmPosition", "palmVelocity", "palmNormal", "direction"][random.random_range(0..4)];
-    match random.random_range(0..9) {
-        0 => return json!("no_frame"),
-        1 => {
-            told["count"] = json!(random.random_range(1..=u32::MAX));
-            told["no_hands"] = json!(true);
-        }
-        // More than are there; as many as could be read would be as many as are checked.
-        2 => told["count"] = json!(random.random_range(9..=1_000_000_000_u32)),
-        3 => told["count"] = json!(1_000_000_000_u32),
-        4 => {
-            hand[field] = json!([0.0, null, 0.0]);
-            told["hands"] = json!([hand]);
-        }
-        5 => {
-            hand[field] = json!([1e39, 0.0, 0.0]);
-            told["hands"] = json!([hand]);
-        }
-        6 => {
-            hand["palmPosition"] = json!([0.0, 5_001.0, 0.0]);
-            told["hands"] = json!([hand]);
-        }
-        7 => {
-            hand["confidence"] = json!(-1.0);
-            told["hands"] = json!([hand]);
-        }
-        _ => {
-            told["absolute"] = json!(true);
-            told["timestamp"] = json!(-random.random_range(1..=i64::MAX));
-        }
-    }
-    json!({ "frame": told })
-}
-
-#[test]
-fn garbage_is_passed_over() {
-    let mut random = ChaCha8Rng::seed_from_u64(12);
-    let mut script = begin();
-    let mut garbage = 0;
-    for k in 0..150 {
-        script.extend(live(k..k + 1));
-        for _ in 0..10 {
-            let mut act = nonsense(&mut random, k);
-            // A number that would be the newest, were it believed.
-            if let Some(told) = act.get_mut("frame") {
-                told["id"] = json!(random.random_range(1_000..=i64::MAX));
-            }
-            script.push(step(k * PERIOD_US, &act));
-            garbage += 1;
-        }
-    }
-    script.push(step(150 * PERIOD_US, &json!("connection_lost")));
-    let library = Library::playing(&[script]);
-    let mut leap = library.follow();
-    let all = updates(&mut leap, PATIENCE, is_lost);
-    assert_eq!(leap.counts().malformed, garbage, "{:?}", leap.counts());
-    let given = sights(&all);
-    assert!(given.len() > 60, "{:?}", leap.counts());
-    for sight in given {
-        assert!(
-            (1e3 * sight.hand.palm_m[1] - sight.frame_id as f64).abs() < 1e-6,
-            "{sight:?}"
-        );
-    }
-    let kinds = |wanted: fn(&Unreadable) -> bool| {
-        let told = |update: &&Update| match update {
-            Update::Refused(Refusal::Frame(FrameError::LeapC(unreadable))) => wanted(unreadable),
-            _ => false,
-        };
-        all.iter().filter(told).count()
-    };
-    assert!(kinds(|told| matches!(told, Unreadable::NoFrame)) > 50);
-    assert!(
-        kinds(|told| matches!(
-            told,
-            Unreadable::TooManyHands {
-                count: 1_000_000_000
-            }
-        )) > 50
-    );
-    assert!(
-        kinds(|told| matches!(
-            told,
-            Unreadable::NotFinite {
-                field: "palm.position"
-            }
-        )) > 10
-    );
-}
-
-#[test]
-fn hands_that_are_counted_but_not_there_are_none() {
-    let mut script = begin();
-    for count in 1..=9_u32 {
-        let told =
-            json!({ "id": 1, "timestamp": 0, "hands": [], "count": count, "no_hands": true });
-        script.push(step(0, &json!({ "frame": told })));
-    }
-    let library = Library::playing(&[script]);
-    let all = updates(&mut library.follow(), PATIENCE, |all| all.len() == 10);
-    for (count, update) in (1..=9_u32).zip(&all[1..]) {
-        let Update::Refused(Refusal::Frame(FrameError::LeapC(got))) = update else {
-            panic!("{update:?}");
-        };
-        let expected = match count {
-            9 => Unreadable::TooManyHands { count },
-            count => Unreadable::NoHands { count },
-        };
-        assert_eq!(*got, expected);
-    }
-}
-
 #[test]
 fn of_two_hands_the_wanted_one() {
     let hands = |k: u64| {
@@ -388,108 +270,4 @@ fn of_two_hands_the_wanted_one() {
         .count();
     // Some may come too late on a busy machine.
     assert!((5..=20).contains(&unseen), "{unseen}");
-}
-
-fn tonus(arguments: &[&str], leapc: &Path) -> std::process::Output {
-    Command::new(tonus_tests::program())
-        .args(arguments)
-        .env("TONUS_LEAPC", leapc)
-        .output()
-        .unwrap()
-}
-
-#[test]
-fn the_program_prints_the_hand() {
-    let mut script = begin();
-    script.extend(live(0..300));
-    let library = Library::playing(&[script]);
-    let output = tonus(
-        &["hand", "--leap", "leapc", "--seconds", "1.5", "--json"],
-        &library.file(),
-    );
-    assert!(output.status.success(), "{output:?}");
-    let lines: Vec<Value> = String::from_utf8(output.stdout)
-        .unwrap()
-        .lines()
-        .map(|line| serde_json::from_str(line).unwrap())
-        .collect();
-    assert_eq!(lines[0]["connected"]["protocol"], "leapc");
-    let hands: Vec<&Value> = lines
-        .iter()
-        .filter(|line| line["side"] == "right")
-        .collect();
-    assert!(hands.len() > 20, "{lines:?}");
-    for hand in hands {
-        let expected = hand["frame"].as_f64().unwrap() / 1e3;
-        assert!(
-            (hand["palm_m"][1].as_f64().unwrap() - expected).abs() < 1e-6,
-            "{hand}"
-        );
-    }
-}
-
-#[test]
-fn the_program_says_what_to_do_without_the_library() {
-    let output = tonus(
-        &["hand", "--leap", "leapc", "--seconds", "0.4"],
-        Path::new("/nowhere/libLeapC.so"),
-    );
-    assert_eq!(output.status.code(), Some(1));
-    let errors = String::from_utf8(output.stderr).unwrap();
-    for part in [
-        "/nowhere/libLeapC.so",
-        "install",
-        "TONUS_LEAPC",
-        "ws://127.0.0.1:6437",
-    ] {
-        assert!(errors.contains(part), "{errors}");
-    }
-    // A library of others is told from it.
-    let all = updates(
-        &mut follow(Origin::LeapC(Some("libm.so.6".into()))),
-        PATIENCE,
-        is_lost,
-    );
-    let Some(Update::Lost(loss @ Loss::LeapC(LeapCError::Foreign { .. }))) = all.last() else {
-        panic!("{all:?}");
-    };
-    assert!(loss.to_string().contains("lacks LeapGetNow"), "{loss}");
-}
-
-#[test]
-fn the_doctor_looks_for_the_library_that_the_configuration_names() {
-    let directory = TempDir::new().unwrap();
-    let config = directory.path().join("tonus.toml");
-    std::fs::write(&config, "[tracker]\nleap = \"leapc\"\n").unwrap();
-    let config = config.to_str().unwrap();
-    let tracker = |leapc: &Path| {
-        let output = tonus(&["doctor", "--json", "--config", config], leapc);
-        let text = String::from_utf8(output.stdout).unwrap();
-        let all: Value = serde_json::from_str(&text).unwrap();
-        let findings = all
-            .as_array()
-            .or_else(|| all["findings"].as_array())
-            .unwrap();
-        let of = |finding: &&Value| finding["what"] == "hand tracker";
-        findings.iter().find(of).unwrap().clone()
-    };
-    let library = Library::playing(&[]);
-    let there = tracker(&library.file());
-    assert_eq!(there["lamp"], "good", "{there}");
-    assert!(
-        there["found"].as_str().unwrap().contains("libLeapC.so"),
-        "{there}"
-    );
-    let absent = tracker(Path::new("/nowhere/libLeapC.so"));
-    assert_eq!(absent["lamp"], "warn", "{absent}");
-    for part in ["/nowhere/libLeapC.so", "install", "TONUS_LEAPC"] {
-        assert!(absent["found"].as_str().unwrap().contains(part), "{absent}");
-    }
-    assert!(
-        absent["mend"]
-            .as_str()
-            .unwrap()
-            .contains("ws://127.0.0.1:6437"),
-        "{absent}"
-    );
 }

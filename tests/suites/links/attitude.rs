@@ -75,7 +75,8 @@ impl Arm {
 
     /// Stays so for a while, relaxed; what left before is forgotten.
     fn stays(&mut self, upper_arm: &UnitQuaternion<f64>, hand: Option<Vector3<f64>>, seconds: f64) {
-        (self.attitudes.clear(), self.streams.clear());
+        self.attitudes.clear();
+        self.streams.clear();
         let until_us = self.now_us() + (1e6 * seconds) as u64;
         while self.now_us() < until_us {
             self.packets += 1;
