@@ -91,6 +91,8 @@ pub struct Robot {
     pub rate_hz: f64,
     /// Where its hand waits, base frame, metres.
     pub home_m: [f64; 3],
+    /// What the simulated robot's hand carries, kg: it sags by its weight over the stiffness.
+    pub payload_kg: f64,
     /// Damping ratio of every command.
     pub damping_ratio: f64,
     /// Smallest and largest stiffness, N/m.
@@ -168,6 +170,7 @@ impl Default for Robot {
             to: "simulated".to_owned(),
             rate_hz: 200.0,
             home_m: [0.40, 0.0, 0.45],
+            payload_kg: 0.0,
             damping_ratio: 1.0,
             stiffness_n_per_m: limits.stiffness_n_per_m,
             stiffness_rate_n_per_m_s: limits.stiffness_rate_n_per_m_s,

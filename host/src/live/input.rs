@@ -89,6 +89,18 @@ pub struct RobotSeen {
     pub stiffness_n_per_m: [f64; 3],
 }
 
+impl Input {
+    /// Whom it names as the one who wears the wearable.
+    #[must_use]
+    pub fn wearer(&self) -> Option<&Person> {
+        match self {
+            Self::Act(Act::Calibrate(person)) => Some(person),
+            Self::Act(Act::Recall { profile, .. }) => Some(&profile.as_ref()?.person),
+            _ => None,
+        }
+    }
+}
+
 /// What a person does. As JSON: `{"act": "record", "label": "lift_book"}`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "act", rename_all = "snake_case", deny_unknown_fields)]

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use tonus::calibration::Profile;
+use tonus::export::Scans;
 use tonus::library::Library;
 use tonus::live::{Act, Input, Inputs, LinkEvent, SessionClock, Timed, View};
 use tonus::recording::{Entry, Opening, Reading, Recorder};
@@ -98,6 +99,8 @@ fn the_same_inputs_give_the_same_commands_bit_for_bit() {
         played.recorded > 3_000 && played.inputs > 20_000,
         "{played:?}"
     );
+    let scans = Scans::read(&file).unwrap();
+    assert_eq!(scans.opening.subject.unwrap().name, "simulated");
     again_as_devices(&file);
     the_day_after(
         directory.path(),

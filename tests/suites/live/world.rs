@@ -35,7 +35,7 @@ pub(crate) fn run_with<Person: Someone>(
 ) -> Person {
     let config = config();
     let told = setup::engine(&config, &LinkChoice::Simulated).unwrap();
-    let body = simulated(config.robot.home_m).unwrap();
+    let body = simulated(config.robot.home_m, config.robot.payload_kg).unwrap();
     let mut engine = Engine::new(told, body, library).unwrap();
     let devices = SimulatedDevices::new(devices).unwrap();
     let mut world = Virtual::new(devices, person, seconds * 1_000_000);
