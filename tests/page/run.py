@@ -88,6 +88,8 @@ def the_page_alone(tab, address):
     tab.write("person-name", "ada")
     tab.click("calibrate")
     tab.wait_visible("calibration-step")
+    assert "Waiting for the wearable" in tab.text("step-status"), "it is said that the wearable has not answered"
+    assert tab.value(f"{find('calibration-step-go')}.disabled"), "nothing is measured before it has"
     looked_at(tab, "calibration")
     tab.click("calibration-cancel")
     story.calibrate(tab, "ada")

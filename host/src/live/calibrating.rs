@@ -7,7 +7,7 @@ use super::engine::{Engine, World};
 use super::input::Act;
 use super::request::{Prompt, Request};
 use super::view::{CalibrationView, FitView, Lamp};
-use super::wearable::Calibrated;
+use super::wearable::{Calibrated, Wearable};
 use crate::calibration::{
     FitCheck, Guide, Measured, Outcome, Pattern, Person, StepView, Verdict, volts,
 };
@@ -84,14 +84,16 @@ impl Calibrating {
         }
     }
 
-    /// What is to be seen; `in_use` is what the wearable works with.
-    pub(super) fn view(&self, in_use: Option<&Calibration>) -> CalibrationView {
+    /// What is to be seen of a wearable.
+    pub(super) fn view(&self, wearable: &Wearable) -> CalibrationView {
+        let in_use = wearable.calibration.as_ref();
         let name = |calibration: &Calibration| match &self.known {
             Some((person, _)) => person.name.clone(),
             None => format!("revision {}", calibration.revision),
         };
         CalibrationView {
             in_use: (in_use.filter(|calibration| calibration.revision != 0)).map(name),
+            waiting: self.sent.is_some() || wearable.newest.is_some() && !wearable.introduced(),
             step: self.step(),
             result: self.outcome().map(|outcome| outcome.result.clone()),
             fit: self.verdict.as_ref().map(|verdict| FitView {

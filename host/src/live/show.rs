@@ -37,7 +37,7 @@ impl Engine {
                 age_ms: self.age_ms(hand.exposed_us),
                 in_robot_m: self.hand_in_robot_m,
             }),
-            calibration: self.calibrating.view(self.wearable.calibration.as_ref()),
+            calibration: self.calibrating.view(&self.wearable),
             recording: self.take.as_ref().map(|take| take.view(self.now_us)),
             demonstrations: self.kept.iter().map(super::takes::Kept::view).collect(),
             library: self.library_view(),

@@ -171,6 +171,8 @@ pub struct HandView {
 pub struct CalibrationView {
     /// Whom the calibration in use is for; null for the illustrative one of nobody.
     pub in_use: Option<String>,
+    /// Whether the wearable has yet to answer: until then nothing is begun, measured or used.
+    pub waiting: bool,
     /// The step under way, if somebody calibrates.
     pub step: Option<StepView>,
     /// What was measured, once it is.

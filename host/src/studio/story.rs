@@ -194,6 +194,9 @@ impl Story {
 
     fn calibrate(&mut self, view: &View) -> Vec<Act> {
         let calibration = &view.calibration;
+        if calibration.waiting {
+            return Vec::new();
+        }
         if calibration.in_use.is_some() && calibration.step.is_none() {
             self.turn(Chapter::Record(0), view.at_us);
             return Vec::new();

@@ -55,22 +55,16 @@ pub type Say = Box<dyn FnMut(&str)>;
 /// Between two acts, microseconds.
 const THINKS_US: u64 = 300_000;
 
-/// A calibration that has not begun so long after it was asked for will not, microseconds.
-const REFUSED_US: u64 = 2_000_000;
-
-/// So often it is asked for.
-const REFUSALS: u32 = 5;
-
 /// Goes through the calibration step by step.
 pub struct Calibrates {
     person: Person,
     enter: Enter,
     say: Say,
     begun: bool,
+    used: bool,
     asked: Option<(u32, bool)>,
     acted_us: u64,
     done: bool,
-    refused: u32,
     finished: Rc<Cell<bool>>,
 }
 
@@ -83,10 +77,10 @@ impl Calibrates {
             enter,
             say,
             begun: false,
+            used: false,
             asked: None,
             acted_us: 0,
             done: false,
-            refused: 0,
             finished: Rc::default(),
         }
     }
@@ -99,22 +93,18 @@ impl Calibrates {
 
     fn act(&mut self, view: &View) -> Option<Act> {
         let calibration = &view.calibration;
+        if calibration.waiting {
+            return None;
+        }
         let Some(step) = &calibration.step else {
-            if self.begun && calibration.in_use.is_some() {
+            if self.begun {
+                // In use, or refused: then a message says why.
                 self.done = true;
-                self.finished.set(true);
+                self.finished.set(self.used);
                 return None;
             }
-            // Refused: the message says why. A wearable tells what must be known within some seconds.
-            if self.begun && view.at_us > self.acted_us + REFUSED_US {
-                self.refused += 1;
-                self.begun = false;
-                self.done = self.refused >= REFUSALS;
-                return None;
-            }
-            let ready = view.link.up && view.semg.is_some() && !self.begun;
-            self.begun |= ready;
-            return ready.then(|| Act::Calibrate(self.person.clone()));
+            self.begun = view.link.up && view.semg.is_some();
+            return self.begun.then(|| Act::Calibrate(self.person.clone()));
         };
         if let Some(result) = &calibration.result {
             let [a, b, c, d] = result.rest_stiffness_nm_per_rad.map(|k| k.value);
@@ -122,6 +112,7 @@ impl Calibrates {
                 "l1 {:.2} ± {:.2}, l2 {:.2} ± {:.2}, joints {a:.1} {b:.1} {c:.1} {d:.1} N m/rad, the fit leaves {:.1} mm",
                 result.l1.value, result.l1.std, result.l2.value, result.l2.std, result.residual_mm
             ));
+            self.used = true;
             return Some(Act::CalibrationUse);
         }
         if step.measuring {

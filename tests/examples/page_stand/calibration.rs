@@ -27,6 +27,8 @@ const FIT: [(&str, &str, f64); 2] = [
 ];
 /// A measurement, a learning and the way to a decision last so long, seconds.
 const MEASURE_S: f64 = 1.0;
+/// The wearable answers a calibration after so long, seconds.
+const ANSWER_S: f64 = 1.0;
 
 /// A calibration, or the check of the fit.
 #[derive(Default)]
@@ -37,6 +39,8 @@ pub(crate) struct Guided {
     checks_fit: bool,
     /// When the measurement of the step under way began.
     measuring_since_s: Option<f64>,
+    /// When the wearable answers, and whether the person's calibration is in use then.
+    answers: Option<(f64, bool)>,
 }
 
 impl Guided {
@@ -47,21 +51,26 @@ impl Guided {
         }
     }
 
-    pub(crate) fn begin(&mut self, person: Option<String>, checks_fit: bool) {
+    pub(crate) fn begin(&mut self, person: Option<String>, checks_fit: bool, now_s: f64) {
         self.person = person;
         self.checks_fit = checks_fit;
         self.view.result = None;
         self.view.fit = None;
+        self.answers = (!checks_fit).then_some((now_s + ANSWER_S, false));
         self.go_to(1);
     }
 
-    pub(crate) fn start(&mut self, now_s: f64) {
-        self.measuring_since_s = Some(now_s);
+    /// Whether the wearable has answered.
+    pub(crate) fn start(&mut self, now_s: f64) -> bool {
+        let ready = self.answers.is_none();
+        if ready {
+            self.measuring_since_s = Some(now_s);
+        }
+        ready
     }
 
-    pub(crate) fn use_result(&mut self) {
-        self.view.in_use = self.person.take();
-        self.view.step = None;
+    pub(crate) fn use_result(&mut self, now_s: f64) {
+        self.answers = Some((now_s + ANSWER_S, true));
     }
 
     pub(crate) fn cancel(&mut self) {
@@ -113,6 +122,13 @@ impl Guided {
     }
 
     pub(crate) fn measure(&mut self, now_s: f64) {
+        if let Some((_, in_use)) = self.answers.take_if(|(at_s, _)| *at_s <= now_s)
+            && in_use
+        {
+            self.view.in_use = self.person.take();
+            self.view.step = None;
+        }
+        self.view.waiting = self.answers.is_some();
         let (Some(step), Some(since_s)) = (&mut self.view.step, self.measuring_since_s) else {
             return;
         };

@@ -64,16 +64,20 @@ impl Stand {
 
     pub(crate) fn act(&mut self, act: Act) {
         match act {
-            Act::Calibrate(person) => self.calibration.begin(Some(person.name), false),
-            Act::CheckFit => self.calibration.begin(None, true),
-            Act::CalibrationStep => self.calibration.start(self.now_s),
+            Act::Calibrate(person) => self.calibration.begin(Some(person.name), false, self.now_s),
+            Act::CheckFit => self.calibration.begin(None, true, self.now_s),
+            Act::CalibrationStep => {
+                if !self.calibration.start(self.now_s) {
+                    self.tell(true, "wait until the wearable has answered");
+                }
+            }
             Act::CalibrationNext => {
                 if !self.calibration.next_step() {
                     self.tell(true, "This step is not measured yet.");
                 }
             }
             Act::CalibrationUse => {
-                self.calibration.use_result();
+                self.calibration.use_result(self.now_s);
                 self.tell(false, "The calibration is in use and kept on the wearable.");
             }
             Act::CalibrationCancel => self.calibration.cancel(),

@@ -8,4 +8,5 @@ mod long;
 mod newcomer;
 mod played;
 mod story;
+mod waiting;
 mod world;
