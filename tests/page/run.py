@@ -93,7 +93,9 @@ def the_page_alone(tab, address):
     looked_at(tab, "calibration")
     tab.click("calibration-cancel")
     story.calibrate(tab, "ada")
+    story.look_up(tab)
     looked_at(tab, "result")
+    tab.click("found-head")
     story.check_fit(tab)
     looked_at(tab, "fit")
     for label in LABELS:

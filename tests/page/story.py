@@ -20,7 +20,10 @@ def calibrate(tab, name):
     tab.write("person-mass", "75")
     tab.write("person-height", "1.75")
     tab.click("calibrate")
+    tab.wait_visible("calibration-step")
+    back(tab)
     through_steps(tab, "calibration-use")
+    back_from_result(tab)
     assert tab.value(f"{find('result')}.querySelectorAll('td').length") >= 10, "the result names rest, maximum and stiffness"
     assert "±" in tab.text("result"), "every number has its uncertainty"
     tab.click("calibration-use")
@@ -33,6 +36,43 @@ def check_fit(tab):
     tab.click("check-fit")
     through_steps(tab, "fit")
     assert tab.text("fit").strip(), "the check says how the wearable sits"
+
+
+def back(tab):
+    """From the second step to the first, which stands, may be measured again, and leads on."""
+    tab.click("step-calibrate")
+    tab.click("calibration-step-go")
+    tab.wait_visible("calibration-next", MEASURED_S)
+    assert tab.value(f"{find('calibration-back')}.disabled"), "there is nothing before the first step"
+    tab.click("calibration-next")
+    tab.wait_text("step-count", "Step 2 ")
+    tab.click("calibration-back")
+    tab.wait_text("step-count", "Step 1 ")
+    tab.wait_visible("calibration-next")
+    tab.click("calibration-again")
+    tab.wait(f"!{find('calibration-next')}.checkVisibility()", "it is measured again")
+    tab.wait_visible("calibration-next", MEASURED_S)
+    tab.click("calibration-next")
+    tab.wait_text("step-count", "Step 2 ")
+
+
+def back_from_result(tab):
+    """To the last step that was measured and on to the result again, which says the same."""
+    before = tab.text("result")
+    tab.click("calibration-back")
+    tab.wait_visible("calibration-next")
+    assert not tab.visible("found"), "what somebody goes back from is not there to be used"
+    tab.click("calibration-next")
+    tab.wait_visible("calibration-use")
+    assert tab.text("result") == before, "nothing was measured again, so the same is found"
+
+
+def look_up(tab):
+    """The result of the calibration in use is folded away, and stays."""
+    assert tab.visible("found-head") and not tab.visible("result"), "it is folded"
+    tab.click("found-head")
+    tab.wait_visible("result")
+    assert "±" in tab.text("result")
 
 
 def through_steps(tab, last):

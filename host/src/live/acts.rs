@@ -64,6 +64,7 @@ impl Engine {
             | Act::CheckFit
             | Act::CalibrationStep
             | Act::CalibrationNext
+            | Act::CalibrationBack
             | Act::CalibrationUse
             | Act::CalibrationCancel => self.calibrate(act, world),
         };

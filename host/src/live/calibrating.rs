@@ -9,7 +9,8 @@ use super::request::{Prompt, Request};
 use super::view::{CalibrationView, FitView, Lamp};
 use super::wearable::{Calibrated, Wearable};
 use crate::calibration::{
-    FitCheck, Guide, Measured, Outcome, Pattern, Person, StepView, Verdict, volts,
+    CalibrationResult, FitCheck, Guide, Measured, Outcome, Pattern, Person, StepView, Verdict,
+    volts,
 };
 
 /// A calibration that is not answered is sent so many times.
@@ -49,6 +50,8 @@ pub(super) struct Calibrating {
     /// The last one that was measured here: whom, and how their channels look.
     known: Option<(Person, Pattern)>,
     verdict: Option<Verdict>,
+    /// What was found, of the calibration of this revision.
+    found: Option<(u32, CalibrationResult)>,
 }
 
 impl Calibrating {
@@ -77,6 +80,15 @@ impl Calibrating {
         }
     }
 
+    /// What is being found, or else what stands behind the calibration in use.
+    fn result(&self, in_use: Option<&Calibration>) -> Option<CalibrationResult> {
+        if let Some(Under::Guide(guided)) = &self.under {
+            return guided.guide.result().map(|outcome| outcome.result.clone());
+        }
+        let (revision, result) = self.found.as_ref()?;
+        (in_use?.revision == *revision).then(|| result.clone())
+    }
+
     fn outcome(&self) -> Option<&Outcome> {
         match self.under.as_ref()? {
             Under::Guide(guided) => guided.guide.result(),
@@ -95,7 +107,7 @@ impl Calibrating {
             in_use: (in_use.filter(|calibration| calibration.revision != 0)).map(name),
             waiting: self.sent.is_some() || wearable.newest.is_some() && !wearable.introduced(),
             step: self.step(),
-            result: self.outcome().map(|outcome| outcome.result.clone()),
+            result: self.result(in_use),
             fit: self.verdict.as_ref().map(|verdict| FitView {
                 lamp: if verdict.findings.is_empty() {
                     Lamp::Good
@@ -139,6 +151,7 @@ impl Engine {
                     Err("this step is not measured yet: start it first".to_owned())
                 }
             }
+            Act::CalibrationBack => self.back(world),
             Act::CalibrationUse => self.use_outcome(world),
             _ => self.cancel(world),
         }
@@ -197,6 +210,23 @@ impl Engine {
         let outcome = outcome.ok_or("the calibration is not finished: measure every step")?;
         let calibration = outcome.calibration;
         self.send(Sent::ToUse, calibration, 1, world);
+        Ok(())
+    }
+
+    fn back(&mut self, world: &mut impl World) -> Result<(), String> {
+        if self.calibrating.sent.is_some() {
+            return Err("wait until the wearable has answered".to_owned());
+        }
+        let back = match &mut self.calibrating.under {
+            None => return Err("nobody is being measured".to_owned()),
+            Some(Under::Guide(guided)) => guided.guide.back(),
+            Some(Under::Check(check)) => check.back(),
+        };
+        if !back {
+            return Err("this is the first step".to_owned());
+        }
+        // What was being measured is over.
+        world.ask(self.now_us, Request::Prompt(Prompt::Free));
         Ok(())
     }
 
@@ -266,6 +296,8 @@ impl Engine {
             && let Some(outcome) = guided.guide.result()
         {
             let text = format!("the calibration of {} is in use", guided.person.name);
+            let revision = outcome.calibration.revision;
+            self.calibrating.found = Some((revision, outcome.result.clone()));
             self.calibrating.known = Some((guided.person.clone(), outcome.pattern.clone()));
             self.tell(false, text);
         }

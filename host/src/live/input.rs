@@ -99,8 +99,10 @@ pub enum Act {
     CheckFit,
     /// Begin the step of the calibration that is shown, or do it again.
     CalibrationStep,
-    /// The step that was measured is good: on to the next one.
+    /// The step that was measured is good: on to the next one that is not measured.
     CalibrationNext,
+    /// Back to the step before, to look at it or to measure it again.
+    CalibrationBack,
     /// Send what was measured to the wearable, and use it.
     CalibrationUse,
     /// Stop calibrating; what was in use stays.

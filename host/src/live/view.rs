@@ -175,7 +175,7 @@ pub struct CalibrationView {
     pub waiting: bool,
     /// The step under way, if somebody calibrates.
     pub step: Option<StepView>,
-    /// What was measured, once it is.
+    /// What was measured, once it is; after that, what stands behind the calibration in use, if it was measured here.
     pub result: Option<CalibrationResult>,
     /// Whether the wearable sits as it did, once that was checked.
     pub fit: Option<FitView>,

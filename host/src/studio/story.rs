@@ -210,7 +210,7 @@ impl Story {
             })],
             Some(_) if !view.link.up => Vec::new(),
             Some(step) if step.measuring => Vec::new(),
-            Some(_) if calibration.result.is_some() => vec![Act::CalibrationUse],
+            Some(step) if step.name == "result" => vec![Act::CalibrationUse],
             Some(step) if step.done => vec![Act::CalibrationNext],
             Some(_) => vec![Act::CalibrationStep],
         }

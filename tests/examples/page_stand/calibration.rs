@@ -41,6 +41,8 @@ pub(crate) struct Guided {
     measuring_since_s: Option<f64>,
     /// When the wearable answers, and whether the person's calibration is in use then.
     answers: Option<(f64, bool)>,
+    /// So many steps are measured.
+    measured: u32,
 }
 
 impl Guided {
@@ -56,6 +58,7 @@ impl Guided {
         self.checks_fit = checks_fit;
         self.view.result = None;
         self.view.fit = None;
+        self.measured = 0;
         self.answers = (!checks_fit).then_some((now_s + ANSWER_S, false));
         self.go_to(1);
     }
@@ -86,20 +89,29 @@ impl Guided {
             number,
             of: steps.len() as u32,
             instruction: instruction.into(),
+            done: name == "result" || number <= self.measured,
+            progress: if number <= self.measured { 1.0 } else { 0.0 },
             ..StepView::default()
         });
-        if name == "result" {
-            self.view.result = Some(self.result());
-        }
+        self.view.result = (name == "result").then(|| self.result());
     }
 
-    /// Whether there was a next one.
+    /// Whether there is one before.
+    pub(crate) fn back(&mut self) -> bool {
+        let number = self.view.step.as_ref().map_or(0, |step| step.number);
+        if number > 1 {
+            self.go_to(number - 1);
+        }
+        number > 1
+    }
+
+    /// Whether there was a next one that is not measured.
     pub(crate) fn next_step(&mut self) -> bool {
         let Some(step) = self.view.step.take_if(|step| step.done) else {
             return false;
         };
-        if step.number < step.of {
-            self.go_to(step.number + 1);
+        if self.measured < step.of {
+            self.go_to(self.measured + 1);
             return true;
         }
         let text = "The wearable sits as it did.".into();
@@ -136,6 +148,7 @@ impl Guided {
         step.done = step.progress >= 1.0;
         step.measuring = !step.done;
         if step.done {
+            self.measured = self.measured.max(step.number);
             self.measuring_since_s = None;
         }
     }

@@ -76,6 +76,11 @@ impl Stand {
                     self.tell(true, "This step is not measured yet.");
                 }
             }
+            Act::CalibrationBack => {
+                if !self.calibration.back() {
+                    self.tell(true, "this is the first step");
+                }
+            }
             Act::CalibrationUse => {
                 self.calibration.use_result(self.now_s);
                 self.tell(false, "The calibration is in use and kept on the wearable.");

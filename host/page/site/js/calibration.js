@@ -7,6 +7,8 @@ import { act } from "./program.js";
 
 /** Whose calibration was in use: the form opens and folds when that changes, and when somebody wants. */
 let inUse;
+/** Whether the result was there to be used. */
+let wasResult = false;
 const WAITING = "Waiting for the wearable …";
 const JOINTS = ["shoulder flexion", "shoulder sideways", "upper arm turn", "elbow flexion"];
 
@@ -23,6 +25,8 @@ export function setUpCalibration() {
   });
   at("calibration-step-go").addEventListener("click", () => act("calibration_step"));
   at("calibration-next").addEventListener("click", () => act("calibration_next"));
+  at("calibration-back").addEventListener("click", () => act("calibration_back"));
+  at("calibration-again").addEventListener("click", () => act("calibration_step"));
   at("calibration-use").addEventListener("click", () => act("calibration_use"));
   at("calibration-cancel").addEventListener("click", () => act("calibration_cancel"));
   at("check-fit").addEventListener("click", () => act("check_fit"));
@@ -43,8 +47,14 @@ export function calibration(view) {
   enable(at("check-fit"), !it.waiting);
   if (step) stepUnderWay(step, it.waiting);
   const atResult = step?.name === "result";
-  show(at("result"), Boolean(it.result) && (atResult || !step));
-  if (it.result) result(it.result, view.semg?.channels ?? []);
+  // At the end of a calibration what was found is read; of the one in use it is there to be looked up.
+  const found = Boolean(it.result) && (atResult || !step);
+  show(at("found"), found);
+  show(at("found-head"), !step);
+  if (atResult) at("found").open = true;
+  else if (wasResult) at("found").open = false;
+  wasResult = atResult;
+  if (found) result(it.result, view.semg?.channels ?? []);
   fit(step ? null : it.fit);
 }
 
@@ -64,8 +74,11 @@ function stepUnderWay(step, waiting) {
   say(go, step.problem ? "Do it again" : step.measuring ? "Measuring …" : "Start");
   enable(go, !step.measuring && !waiting);
   show(at("calibration-next"), !atResult && step.done);
+  show(at("calibration-again"), !atResult && step.done);
+  enable(at("calibration-again"), !waiting);
+  enable(at("calibration-back"), step.number > 1 && !waiting);
   show(at("calibration-use"), atResult);
-  enable(at("calibration-use"), !waiting);
+  enable(at("calibration-use"), step.done && !waiting);
   announce(`Step ${step.number} of ${step.of}. ${step.instruction}`, { topic: "step" });
 }
 
