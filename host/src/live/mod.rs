@@ -28,6 +28,6 @@ pub use port::{Injector, Inputs, Plug, Port, SessionClock};
 pub use request::{Prompt, Request};
 pub use view::{
     CalibrationView, ChannelView, ClockView, DemonstrationView, FileView, FitView, HandView, Lamp,
-    LatencyView, LibraryView, LinkView, Message, PathPoint, RecognitionView, RecordingView,
+    LatencyView, LibraryView, LinkView, Message, PasskeyView, PathPoint, RecognitionView, RecordingView,
     RobotView, SemgView, Trace, TrackerView, View,
 };

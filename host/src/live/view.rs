@@ -63,6 +63,17 @@ pub struct LinkView {
     pub battery_mv: Option<u16>,
     /// What is wrong with the wearable, or awaits the host.
     pub warnings: Vec<String>,
+    /// The passkey that pairing waits for; null where none is wanted. The digits themselves are in no view.
+    pub passkey: Option<PasskeyView>,
+}
+
+/// A passkey that is wanted.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PasskeyView {
+    /// The wearable that shows it.
+    pub wanted_by: String,
+    /// Time that is left to give it, seconds.
+    pub left_s: f64,
 }
 
 /// How the wearable's clock compares.

@@ -8,7 +8,11 @@ use std::time::Duration;
 use super::hands::Hands;
 use crate::broadcast::Speaker;
 use crate::library::Library;
-use crate::live::{Act, Injector, Input, Inputs, LearnJob, Plug, Request, RobotSeen, View, World};
+use crate::link::ble::Passkeys;
+use crate::live::{
+    Act, Injector, Input, Inputs, LearnJob, PasskeyView, Plug, Request, RobotSeen, View,
+    World,
+};
 use crate::page::Page;
 use crate::recording::{Entry, Recorder};
 use crate::robot::command::Command;
@@ -40,6 +44,7 @@ pub struct Real {
     /// What they do.
     acts: VecDeque<Act>,
     learnt: Learnt,
+    passkeys: Passkeys,
     stop: Arc<AtomicBool>,
     end_us: Option<u64>,
     /// Whether the run ends when they are done.
@@ -62,6 +67,8 @@ pub struct Parts {
     pub speaker: Option<Speaker>,
     /// A robot elsewhere.
     pub robot: Option<UdpRobot>,
+    /// Where pairing asks for a passkey.
+    pub passkeys: Passkeys,
     /// Who presses the buttons beside the page.
     pub hands: Option<Box<dyn Hands>>,
     /// Set from outside to end the run.
@@ -98,6 +105,7 @@ impl Real {
             hands: parts.hands,
             acts: VecDeque::new(),
             learnt: Learnt::default(),
+            passkeys: parts.passkeys,
             stop: parts.stop,
             end_us: parts.end_us,
             ends: parts.ends_with_hands,
@@ -223,6 +231,10 @@ impl World for Real {
             self.acts.extend(hands.look(&view));
             view.story = hands.text();
         }
+        view.link.passkey = self.passkeys.wanted().map(|wanted| PasskeyView {
+            wanted_by: wanted.by,
+            left_s: wanted.left.as_secs_f64(),
+        });
         view.file = self.recorder.as_ref().map(Recorder::state);
         if let Some(page) = &self.page {
             page.show(&view);

@@ -12,7 +12,7 @@ use super::story::Told;
 use crate::broadcast::{Speaker, SpeakerError};
 use crate::config::Config;
 use crate::library::Library;
-use crate::link::ble::AskPasskey;
+use crate::link::ble::{AskPasskey, Passkeys, passkey};
 use crate::live::{Act, Engine, EngineError, Input, Inputs, Port, SessionClock, View};
 use crate::page::{Page, PageError};
 use crate::recording::{Finished, Opening, ReadError, RecordError, Recorder};
@@ -113,10 +113,16 @@ pub fn run(
         .then(|| Speaker::start(&plan.link.to_string(), clock));
     let speaker = speaker.transpose()?;
     let injector = inputs.injector();
+    let passkeys = Passkeys::new(plan.page);
     let page = plan.page.then(|| {
-        Page::serve(plan.config.page.port, move |act: Act| {
+        let asking = passkeys.clone();
+        let acts = move |act: Act| {
             // A page that acts faster than the engine takes is told by what does not happen.
             let _room = injector.input(Input::Act(act));
+        };
+        Page::serve(plan.config.page.port, acts, move |typed| {
+            let given = passkey(typed).and_then(|passkey| asking.give(passkey));
+            given.map_err(|not_taken| not_taken.to_string())
         })
     });
     let page = page.transpose()?;
@@ -124,7 +130,7 @@ pub fn run(
         served(page.url());
     }
     let (port, plug) = inputs.port();
-    let mut sources = vec![start(&plan, port)?];
+    let mut sources = vec![start(&plan, port, &passkeys)?];
     let mut plugs = Vec::new();
     if has_tracker(&plan.link) {
         let (port, plug) = inputs.port();
@@ -138,6 +144,7 @@ pub fn run(
         page,
         recorder,
         speaker,
+        passkeys,
         robot: setup::controller(&plan.config)?,
         hands: plan.hands,
         stop: plan.stop,
@@ -183,7 +190,7 @@ fn has_tracker(link: &LinkChoice) -> bool {
 }
 
 /// Starts the wearable's source.
-fn start(plan: &Plan, port: Port) -> Result<JoinHandle<()>, RunError> {
+fn start(plan: &Plan, port: Port, passkeys: &Passkeys) -> Result<JoinHandle<()>, RunError> {
     match &plan.link {
         LinkChoice::Simulated => {
             let devices = simulated::SimulatedDevices::new(simulated::SimulatedConfig {
@@ -197,7 +204,7 @@ fn start(plan: &Plan, port: Port) -> Result<JoinHandle<()>, RunError> {
             thread("recording", move || replay::run(reading, pace, &port))
         }
         LinkChoice::Ble(name) => {
-            let (name, ask) = (name.clone(), plan.ask_passkey.clone());
+            let (name, ask) = (name.clone(), passkeys.asker(plan.ask_passkey.clone()));
             thread("wearable", move || wearable::run(&port, name, &ask))
         }
         LinkChoice::Serial(name) => {

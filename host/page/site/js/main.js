@@ -3,7 +3,7 @@
 import { announce } from "./announce.js";
 import { calibration, setUpCalibration } from "./calibration.js";
 import { at, flag, say, show } from "./dom.js";
-import { connect as connectStep, health } from "./health.js";
+import { connect as connectStep, health, setUpConnect } from "./health.js";
 import { messages, refused } from "./messages.js";
 import { muscles } from "./muscles.js";
 import { connect, on } from "./program.js";
@@ -41,6 +41,7 @@ setUpTheme();
 setUpWork();
 setUpRobot();
 setUpSignals();
+setUpConnect();
 setUpCalibration();
 setUpRecord();
 setUpTrain();
