@@ -84,6 +84,7 @@ def the_page_alone(tab, address):
     for step in ("connect", "record", "train", "follow"):
         tab.click(f"step-{step}")
         looked_at(tab, f"empty-{step}")
+    story.teach(tab, lambda name: looked_at(tab, name))
     tab.click("step-calibrate")
     tab.write("person-name", "ada")
     tab.click("calibrate")

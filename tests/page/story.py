@@ -31,6 +31,47 @@ def calibrate(tab, name):
     tab.wait(f"{find('step-calibrate')}.dataset.done === 'true'", "the step is done")
 
 
+def touch(tab, place):
+    """One point in the robot's frame, typed; the simulated person touches it."""
+    before = points(tab)
+    for axis, value in zip("xyz", place):
+        tab.write(f"teach-{axis}", f"{value:.2f}")
+    tab.click("teach-point")
+    tab.wait_visible("teach-touching")
+    until(lambda: points(tab) == before + 1, f"{place} is touched", 30)
+    assert not tab.visible("teach-problem") or points(tab) >= 3, tab.text("teach-problem")
+
+
+def points(tab):
+    return tab.value(f"{find('teach-points')}.children.length")
+
+
+def teach(tab, look=lambda name: None):
+    """Shoulder and points are touched; a line of them teaches nothing, one that is removed and another in its place do."""
+    tab.click("step-connect")
+    tab.click("teach-head")
+    tab.wait_visible("teach-shoulder")
+    assert tab.value(f"{find('teach-use')}.disabled"), "there is nothing to use yet"
+    tab.click("teach-shoulder")
+    tab.wait_visible("teach-touching")
+    tab.wait_text("teach-shoulder-at", "touched at", 30)
+    for place in [(0.55, 0.10, 0.45), (0.65, 0.10, 0.45), (0.75, 0.10, 0.45)]:
+        touch(tab, place)
+    tab.wait_text("teach-problem", "on one line")
+    look("teach-line")
+    assert tab.value(f"{find('teach-use')}.disabled"), "a line teaches nothing"
+    tab.click("teach-remove-2")
+    until(lambda: points(tab) == 2, "the point is removed")
+    touch(tab, (0.65, -0.10, 0.55))
+    tab.wait_text("teach-status", "fit each other to")
+    look("teach")
+    tab.click("teach-use")
+    tab.wait_text("teach-status", "in use")
+    assert points(tab) == 0, "what is used is not there to be used again"
+    tab.click("teach-head")
+    tab.wait_text("devices", "shares a frame with the robot")
+
+
 def check_fit(tab):
     tab.click("step-calibrate")
     tab.click("check-fit")
@@ -218,6 +259,7 @@ def disarm(tab, key, focus):
 def whole(tab, labels, each, seconds, look):
     """All of it; `look` is called with a name wherever there is something new to see. What was said of a movement."""
     raw(tab)
+    teach(tab, lambda name: look(f"real-{name}"))
     calibrate(tab, "ada")
     look("real-calibrated")
     check_fit(tab)

@@ -70,6 +70,7 @@ impl LatencyArgs {
             library: Some(Arc::new(library)),
             seed: 1,
             pace: 1.0,
+            keep: None,
             ask_passkey: Arc::new(|_| None),
             stop: Arc::new(AtomicBool::new(false)),
         };

@@ -121,6 +121,7 @@ impl Devices {
             library: None,
             seed: self.seed,
             pace: 1.0,
+            keep: None,
             ask_passkey: Arc::new(ask_passkey),
             stop: Arc::clone(&stop),
         };

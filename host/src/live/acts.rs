@@ -60,6 +60,11 @@ impl Engine {
                 self.config.raw = on;
                 Ok(())
             }
+            Act::TeachShoulder
+            | Act::TeachPoint { .. }
+            | Act::TeachRemove { .. }
+            | Act::TeachUse
+            | Act::TeachCancel => self.teach(act, world),
             Act::Calibrate(_)
             | Act::CheckFit
             | Act::CalibrationStep

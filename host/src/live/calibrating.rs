@@ -60,6 +60,11 @@ impl Calibrating {
         self.under.is_some() && self.sent.is_none()
     }
 
+    /// Whether somebody is asked for something here.
+    pub(super) fn busy(&self) -> bool {
+        self.under.is_some()
+    }
+
     /// Whether somebody is being measured: what the stiffness says means nothing then.
     pub(super) fn under_way(&self) -> bool {
         matches!(self.under, Some(Under::Guide(_)))

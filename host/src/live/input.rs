@@ -107,6 +107,22 @@ pub enum Act {
     CalibrationUse,
     /// Stop calibrating; what was in use stays.
     CalibrationCancel,
+    /// The shoulder is being touched with the other hand: look where.
+    TeachShoulder,
+    /// A point in the robot's frame is being touched: look where.
+    TeachPoint {
+        /// Its place, base frame, metres; none for where the robot's hand is.
+        robot_m: Option<[f64; 3]>,
+    },
+    /// Forget a touched point.
+    TeachRemove {
+        /// Which one, from 1.
+        point: usize,
+    },
+    /// Use what was touched, from now on.
+    TeachUse,
+    /// Forget what was touched and is not used.
+    TeachCancel,
     /// Begin to record a demonstration.
     Record {
         /// The skill that it shows.

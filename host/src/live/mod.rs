@@ -13,6 +13,7 @@ mod port;
 mod request;
 mod show;
 mod takes;
+mod teaching;
 mod trace;
 mod view;
 mod wearable;
@@ -26,8 +27,10 @@ pub use crate::calibration::{CalibrationResult, Estimate, Person, StepView};
 pub use input::{Act, HandSeen, Input, LinkEvent, RobotSeen, Timed, TrackerEvent};
 pub use port::{Injector, Inputs, Plug, Port, SessionClock};
 pub use request::{Prompt, Request};
+pub use teaching::Frames;
 pub use view::{
     CalibrationView, ChannelView, ClockView, DemonstrationView, FileView, FitView, HandView, Lamp,
-    LatencyView, LibraryView, LinkView, Message, PasskeyView, PathPoint, RecognitionView, RecordingView,
-    RobotView, SemgView, Trace, TrackerView, View,
+    LatencyView, LibraryView, LinkView, Message, PasskeyView, PathPoint, PointView,
+    RecognitionView, RecordingView, RobotView, SemgView, TeachingView, TouchView, Trace,
+    TrackerView, View,
 };

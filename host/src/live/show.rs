@@ -38,6 +38,7 @@ impl Engine {
                 in_robot_m: self.hand_in_robot_m,
             }),
             calibration: self.calibrating.view(&self.wearable),
+            teaching: self.teaching.view(),
             recording: self.take.as_ref().map(|take| take.view(self.now_us)),
             demonstrations: self.kept.iter().map(super::takes::Kept::view).collect(),
             library: self.library_view(),

@@ -23,6 +23,7 @@ pub struct View {
     pub trace: Trace,
     pub hand: Option<HandView>,
     pub calibration: CalibrationView,
+    pub teaching: TeachingView,
     /// A demonstration on its way.
     pub recording: Option<RecordingView>,
     pub demonstrations: Vec<DemonstrationView>,
@@ -175,6 +176,45 @@ pub struct HandView {
     pub age_ms: f64,
     /// Robot's base frame; null until three points were touched.
     pub in_robot_m: Option<[f64; 3]>,
+}
+
+/// What is taught by touching: where shoulder and robot are in the tracker's frame.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TeachingView {
+    /// What is being touched.
+    pub touching: Option<TouchView>,
+    /// The shoulder that was touched and is not used yet, tracker's frame.
+    pub shoulder_m: Option<[f64; 3]>,
+    /// The points that were touched.
+    pub points: Vec<PointView>,
+    /// How well they fit each other, root mean square, mm; null until they teach something.
+    pub residual_mm: Option<f64>,
+    /// Why the last touch or the points teach nothing, and what to do.
+    pub problem: Option<String>,
+    /// Whether there is something to use.
+    pub may_use: bool,
+    /// What became of what was used last: the file that keeps it, or why none does.
+    pub kept: Option<String>,
+}
+
+/// A touch on its way.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TouchView {
+    /// What is touched, for people.
+    pub what: String,
+    /// For how much of the time that it takes the hand has been still, from 0 to 1.
+    pub still: f64,
+}
+
+/// A touched point.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PointView {
+    /// Where it is, robot's base frame.
+    pub robot_m: [f64; 3],
+    /// Where the tracker saw the hand.
+    pub tracker_m: [f64; 3],
+    /// How far the two lie apart under what all points teach, mm; null until they teach something.
+    pub off_mm: Option<f64>,
 }
 
 /// The guided calibration.

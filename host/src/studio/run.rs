@@ -42,6 +42,8 @@ pub struct Plan {
     pub seed: u64,
     /// A recording in the wearable's place runs so many times as fast as it was.
     pub pace: f64,
+    /// The configuration's file, which keeps what is taught by touching; none in a simulation, whose frames are no real ones.
+    pub keep: Option<PathBuf>,
     /// Asks whoever sits there for the passkey that a wearable shows.
     pub ask_passkey: AskPasskey,
     /// Set from outside to end it.
@@ -131,20 +133,22 @@ pub fn run(
     }
     let (port, plug) = inputs.port();
     let mut sources = vec![start(&plan, port, &passkeys)?];
-    let mut plugs = Vec::new();
+    let mut tracker = None;
     if has_tracker(&plan.link) {
         let (port, plug) = inputs.port();
         let told = setup::tracker(&plan.config)?;
         sources.push(thread("hand tracker", move || hand::run(&port, told))?);
-        plugs.push(plug);
+        tracker = Some(plug);
     }
     let mut world = Real::new(Parts {
         inputs,
         wearable: plug,
+        tracker,
         page,
         recorder,
         speaker,
         passkeys,
+        keep: plan.keep,
         robot: setup::controller(&plan.config)?,
         hands: plan.hands,
         stop: plan.stop,
@@ -159,9 +163,6 @@ pub fn run(
     });
     let outcome = engine.run(&mut world);
     let Left { hands, file } = world.finish();
-    for plug in &plugs {
-        plug.stop();
-    }
     for source in sources {
         // A source that panicked has nothing more to give; the run is over anyhow.
         let _ended = source.join();

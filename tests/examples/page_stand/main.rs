@@ -6,6 +6,7 @@ mod calibration;
 mod motion;
 mod pairing;
 mod stand;
+mod teaching;
 
 use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};

@@ -8,6 +8,7 @@ use tonus::live::{
 
 use crate::calibration::Guided;
 use crate::motion::{self, Muscles};
+use crate::teaching::Taught;
 
 const MUSCLES: [&str; 8] = [
     "biceps short head",
@@ -29,6 +30,7 @@ pub(crate) struct Stand {
     channels: usize,
     now_s: f64,
     calibration: Guided,
+    teaching: Taught,
     recording: Option<(String, f64)>,
     demonstrations: Vec<DemonstrationView>,
     recorded: u32,
@@ -49,6 +51,7 @@ impl Stand {
             channels,
             now_s: 0.0,
             calibration: Guided::new(channels),
+            teaching: Taught::default(),
             recording: None,
             demonstrations: Vec::new(),
             recorded: 0,
@@ -86,6 +89,11 @@ impl Stand {
                 self.tell(false, "The calibration is in use and kept on the wearable.");
             }
             Act::CalibrationCancel => self.calibration.cancel(),
+            Act::TeachShoulder
+            | Act::TeachPoint { .. }
+            | Act::TeachRemove { .. }
+            | Act::TeachUse
+            | Act::TeachCancel => self.teaching.act(&act, self.now_s),
             Act::Record { label } => self.recording = Some((label, self.now_s)),
             Act::Stop => self.stop(),
             Act::Trim { id, from_s, to_s } => {
@@ -183,6 +191,7 @@ impl Stand {
     pub(crate) fn view(&mut self, at_us: u64) -> View {
         self.now_s = at_us as f64 / 1e6;
         self.calibration.measure(self.now_s);
+        self.teaching.look(self.now_s);
         self.learn();
         let effort = self.calibration.effort();
         let (number, share) = motion::phase(self.now_s);
@@ -202,7 +211,7 @@ impl Stand {
                 up: true,
                 text: "simulated tracker, 110 pictures a second".into(),
                 age_ms: Some(9.0),
-                taught: true,
+                taught: self.teaching.view.kept.is_some(),
             },
             semg: Some(self.semg(effort)),
             trace: self.muscles.trace(at_us, effort, self.sends_raw),
@@ -212,6 +221,7 @@ impl Stand {
                 in_robot_m: None,
             }),
             calibration: self.calibration.view.clone(),
+            teaching: self.teaching.view.clone(),
             recording: self
                 .recording
                 .as_ref()

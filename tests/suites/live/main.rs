@@ -9,5 +9,6 @@ mod long;
 mod newcomer;
 mod played;
 mod story;
+mod taught;
 mod waiting;
 mod world;

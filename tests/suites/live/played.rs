@@ -1,5 +1,6 @@
 //! A recording of the whole story, played again.
 
+use std::collections::HashMap;
 use std::path::Path;
 use std::time::Duration;
 
@@ -12,12 +13,30 @@ use tonus::studio::play::play;
 use tonus::studio::story::Story;
 use tonus::studio::virtually::Someone;
 
+use crate::taught::Teaches;
 use crate::world::{config, run};
 
 struct Recorded {
+    /// First shoulder and robot are taught, then the story is told.
+    teaches: Teaches,
     story: Story,
     recorder: Recorder,
     noted: u64,
+    places: Places,
+}
+
+/// Where hands are in the robot's frame by where they are in the shoulder's, both as bits.
+type Places = HashMap<[u64; 3], [u64; 3]>;
+
+fn note(places: &mut Places, view: &View) {
+    if let Some(hand) = &view.hand
+        && let Some(in_robot_m) = hand.in_robot_m
+    {
+        places.insert(
+            hand.position_m.map(f64::to_bits),
+            in_robot_m.map(f64::to_bits),
+        );
+    }
 }
 
 impl Recorded {
@@ -33,6 +52,10 @@ impl Recorded {
 
 impl Someone for Recorded {
     fn look(&mut self, view: &View) -> Vec<Act> {
+        note(&mut self.places, view);
+        if self.teaches.used_us.is_none() {
+            return self.teaches.look(view);
+        }
         self.story.look(view)
     }
 
@@ -60,6 +83,8 @@ fn the_same_inputs_give_the_same_commands_bit_for_bit() {
         ..Opening::default()
     };
     let person = Recorded {
+        teaches: Teaches::default(),
+        places: Places::default(),
         story: Story::default(),
         recorder: Recorder::create(&file, &opening).unwrap(),
         noted: 0,
@@ -70,9 +95,22 @@ fn the_same_inputs_give_the_same_commands_bit_for_bit() {
     };
     let person = run(devices, person, 400);
     assert_eq!(person.story.told().stuck, None);
+    let recorded = person.places;
     let finished = person.recorder.finish().unwrap();
     assert_eq!(finished.dropped, 0);
-    let played = play(&file, None, |_| {}).unwrap();
+    let mut places = Places::default();
+    let played = play(&file, None, |view| note(&mut places, view)).unwrap();
+    // Views come at other moments, of which many are the same picture of the hand.
+    let both = places.iter().filter_map(|(hand, place)| {
+        let recorded = recorded.get(hand)?;
+        Some(recorded == place)
+    });
+    let both: Vec<bool> = both.collect();
+    assert!(
+        both.len() > 200 && both.iter().all(|same| *same),
+        "what was touched teaches the same again: {} hands",
+        both.len()
+    );
     println!("{played:?}, {} bytes", finished.bytes);
     assert!(played.exact(), "{played:?}");
     assert!(

@@ -73,7 +73,7 @@ export function connect(view) {
   const warned = link.warnings.length > 0;
   device(rows[0], !link.up ? "bad" : warned ? "warn" : "good", `Wearable (${link.link || "none"})`, link.text, details.join(" · "));
   device(rows[1], !tracker.up ? "bad" : tracker.age_ms === null ? "warn" : "good", "Hand tracker", tracker.text,
-    tracker.taught ? "shares a frame with the robot" : "shares no frame with the robot yet: three points teach it");
+    tracker.taught ? "shares a frame with the robot" : "shares no frame with the robot yet: teach it below by touching three points");
   device(rows[2], robot.robot ? "good" : "off", `Robot (${robot.robot || "none"})`, robot.reason, "");
   device(rows[3], file ? (file.problem ? "bad" : "good") : "off", "Recording", file ? file.problem ?? name(file.path) : "This run is not recorded.", "");
   rows[3].title = file?.path ?? "";

@@ -12,6 +12,7 @@ import { record, setUpRecord } from "./record.js";
 import { follow, robot, setUpRobot } from "./robot.js";
 import { setUpSignals, signals } from "./signals.js";
 import { space } from "./space.js";
+import { setUpTeach, teach } from "./teach.js";
 import { setUpTrain, train } from "./train.js";
 import { setUpWork, work } from "./work.js";
 
@@ -35,13 +36,14 @@ function setUpTheme() {
   tell();
 }
 
-const PARTS = [work, robot, follow, muscles, signals, space, recognition, health, connectStep, calibration, record, train, messages];
+const PARTS = [work, robot, follow, muscles, signals, space, recognition, health, connectStep, teach, calibration, record, train, messages];
 
 setUpTheme();
 setUpWork();
 setUpRobot();
 setUpSignals();
 setUpConnect();
+setUpTeach();
 setUpCalibration();
 setUpRecord();
 setUpTrain();
