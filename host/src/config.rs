@@ -57,10 +57,10 @@ pub struct Tracker {
     /// Shortest delay from a picture to its arrival over the WebSocket, ms: it cannot be observed.
     pub transport_ms: f64,
     /// Where the shoulder is in the tracker's frame; without it, where that of a person of 1.75 m is who sits before the
-    /// tracker. `tonus teach --shoulder` measures it.
+    /// tracker. `tonus teach --shoulder` and the page measure it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shoulder: Option<Shoulder>,
-    /// From the tracker's frame to the robot's. `tonus teach --point ...` measures it.
+    /// From the tracker's frame to the robot's. `tonus teach --point ...` and the page measure it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub robot: Option<Stored>,
 }
@@ -211,6 +211,14 @@ pub enum ConfigError {
         /// The system's reason.
         source: std::io::Error,
     },
+    /// It cannot be written.
+    #[error("{}: cannot be written: {source}", file.display())]
+    Write {
+        /// The file.
+        file: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
     /// Too large to be one.
     #[error("{}: {got} bytes, a configuration has at most {MAX_BYTES}: is it the right file?", file.display())]
     Size {
@@ -299,6 +307,26 @@ impl Config {
         })?;
         config.check(file)?;
         Ok(config)
+    }
+
+    /// With what was taught in the place of what was; none leaves what there is.
+    #[must_use]
+    pub fn taught(mut self, shoulder: Option<Shoulder>, robot: Option<Stored>) -> Self {
+        self.tracker.shoulder = shoulder.or(self.tracker.shoulder);
+        self.tracker.robot = robot.or(self.tracker.robot);
+        self
+    }
+
+    /// Writes the whole of it, so that what the file says is what is used.
+    ///
+    /// # Errors
+    /// [`ConfigError::Write`].
+    pub fn keep(&self, file: &Path) -> Result<(), ConfigError> {
+        let written = crate::atomic::write(file, self.text().as_bytes());
+        written.map_err(|source| ConfigError::Write {
+            file: file.to_owned(),
+            source,
+        })
     }
 
     /// The whole of it as text.

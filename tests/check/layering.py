@@ -116,7 +116,7 @@ ROOMS = {
         # The running program as a function of its inputs.
         "live": {"calibration", "clock", "demonstration", "library", "model", "robot", "session", "store", "transform"},
         # Devices that give inputs: each a thread of its own.
-        "source": {"leap", "link", "live", "recording", "robot", "simulate"},
+        "source": {"leap", "link", "live", "recording", "robot", "simulate", "transform"},
         # Measures a person: levels, co-contraction, joint stiffness; and whether the wearable sits as it did.
         "calibration": {"statistics"},
         # From the tracker's frame to the robot's.
@@ -129,7 +129,7 @@ ROOMS = {
         "export": {"atomic", "clock", "demonstration", "library", "live", "recording", "robot", "session"},
         # What is seen, in a browser.
         "page": {"live"},
-        "config": {"robot", "transform"},
+        "config": {"atomic", "robot", "transform"},
         # All of it joined: threads, files, page.
         "studio": {"atomic", "broadcast", "calibration", "clock", "config", "leap", "library", "link", "live", "page", "recording", "robot", "session",
                    "simulate", "source", "store", "transform"},

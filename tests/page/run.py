@@ -84,16 +84,21 @@ def the_page_alone(tab, address):
     for step in ("connect", "record", "train", "follow"):
         tab.click(f"step-{step}")
         looked_at(tab, f"empty-{step}")
+    story.teach(tab, lambda name: looked_at(tab, name))
     tab.click("step-calibrate")
     looked_at(tab, "people")
     recall(tab)
     tab.write("person-name", "ada")
     tab.click("calibrate")
     tab.wait_visible("calibration-step")
+    assert "Waiting for the wearable" in tab.text("step-status"), "it is said that the wearable has not answered"
+    assert tab.value(f"{find('calibration-step-go')}.disabled"), "nothing is measured before it has"
     looked_at(tab, "calibration")
     tab.click("calibration-cancel")
     story.calibrate(tab, "ada")
+    story.look_up(tab)
     looked_at(tab, "result")
+    tab.click("found-head")
     story.check_fit(tab)
     looked_at(tab, "fit")
     for label in LABELS:
@@ -207,6 +212,29 @@ def nothing_left_the_machine(tab, address):
     assert not tab.complaints, f"the console says: {tab.complaints}"
 
 
+def pairing(tab):
+    """The wearable asks twice: nobody answers the first time, the second time somebody mistypes, then does not."""
+    tab.wait_visible("passkey-form")
+    assert "Tonus 7" in tab.text("passkey-what"), "it is said who shows the passkey"
+    looked_at(tab, "passkey")
+    tab.click("step-calibrate")
+    tab.wait_text("devices", "no passkey was given", 40)
+    # It asks again, and the field comes to whoever looks elsewhere.
+    tab.wait_visible("passkey-form")
+    tab.write("passkey", "04821")
+    tab.click("passkey-give")
+    assert tab.visible("passkey-form"), "the browser itself asks for six digits"
+    # Whoever comes around the browser is told by the program.
+    tab.value("import('/js/program.js').then((it) => it.givePasskey('04821'))")
+    tab.wait_text("refused", "5 characters")
+    tab.write("passkey", "048213")
+    tab.click("passkey-give")
+    tab.wait(f"{find('passkey-form')}.hidden", "it is taken")
+    tab.wait_text("devices", "MTU 247")
+    kept = tab.value("JSON.stringify([document.documentElement.outerHTML, {...localStorage}, {...sessionStorage}]) + document.querySelector('[data-testid=passkey]').value")
+    assert "048213" not in kept, "the digits are kept nowhere on the page"
+
+
 def stand(command):
     with program(command) as (process, address), Browser() as tab:
         tab.size(*SIZES[0], THEMES[0])
@@ -219,6 +247,13 @@ def stand(command):
         lost(tab, process, address)
         print("a program that stands still or is gone is said to be")
         nothing_left_the_machine(tab, address)
+    with program([*command, "--pairs", "2"]) as (_, address), Browser() as tab:
+        tab.size(*SIZES[0], THEMES[0])
+        tab.open(address)
+        tab.wait(f"!document.body.classList.contains('stale')", "the page is live")
+        pairing(tab)
+        nothing_left_the_machine(tab, address)
+        print("the passkey is asked for, taken and kept nowhere")
     with program([*command, "--channels", "8"]) as (_, address), Browser() as tab:
         tab.size(*SIZES[0], THEMES[0])
         tab.open(address)

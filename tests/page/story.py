@@ -20,7 +20,10 @@ def calibrate(tab, name):
     tab.write("person-mass", "75")
     tab.write("person-height", "1.75")
     tab.click("calibrate")
+    tab.wait_visible("calibration-step")
+    back(tab)
     through_steps(tab, "calibration-use")
+    back_from_result(tab)
     assert tab.value(f"{find('result')}.querySelectorAll('td').length") >= 10, "the result names rest, maximum and stiffness"
     assert "±" in tab.text("result"), "every number has its uncertainty"
     tab.click("calibration-use")
@@ -28,11 +31,89 @@ def calibrate(tab, name):
     tab.wait(f"{find('step-calibrate')}.dataset.done === 'true'", "the step is done")
 
 
+def touch(tab, place):
+    """One point in the robot's frame, typed; the simulated person touches it."""
+    before = points(tab)
+    for axis, value in zip("xyz", place):
+        tab.write(f"teach-{axis}", f"{value:.2f}")
+    tab.click("teach-point")
+    tab.wait_visible("teach-touching")
+    until(lambda: points(tab) == before + 1, f"{place} is touched", 30)
+    assert not tab.visible("teach-problem") or points(tab) >= 3, tab.text("teach-problem")
+
+
+def points(tab):
+    return tab.value(f"{find('teach-points')}.children.length")
+
+
+def teach(tab, look=lambda name: None):
+    """Shoulder and points are touched; a line of them teaches nothing, one that is removed and another in its place do."""
+    tab.click("step-connect")
+    tab.click("teach-head")
+    tab.wait_visible("teach-shoulder")
+    assert tab.value(f"{find('teach-use')}.disabled"), "there is nothing to use yet"
+    tab.click("teach-shoulder")
+    tab.wait_visible("teach-touching")
+    tab.wait_text("teach-shoulder-at", "touched at", 30)
+    for place in [(0.55, 0.10, 0.45), (0.65, 0.10, 0.45), (0.75, 0.10, 0.45)]:
+        touch(tab, place)
+    tab.wait_text("teach-problem", "on one line")
+    look("teach-line")
+    assert tab.value(f"{find('teach-use')}.disabled"), "a line teaches nothing"
+    tab.click("teach-remove-2")
+    until(lambda: points(tab) == 2, "the point is removed")
+    touch(tab, (0.65, -0.10, 0.55))
+    tab.wait_text("teach-status", "fit each other to")
+    look("teach")
+    tab.click("teach-use")
+    tab.wait_text("teach-status", "in use")
+    assert points(tab) == 0, "what is used is not there to be used again"
+    tab.click("teach-head")
+    tab.wait_text("devices", "shares a frame with the robot")
+
+
 def check_fit(tab):
     tab.click("step-calibrate")
     tab.click("check-fit")
     through_steps(tab, "fit")
     assert tab.text("fit").strip(), "the check says how the wearable sits"
+
+
+def back(tab):
+    """From the second step to the first, which stands, may be measured again, and leads on."""
+    tab.click("step-calibrate")
+    tab.click("calibration-step-go")
+    tab.wait_visible("calibration-next", MEASURED_S)
+    assert tab.value(f"{find('calibration-back')}.disabled"), "there is nothing before the first step"
+    tab.click("calibration-next")
+    tab.wait_text("step-count", "Step 2 ")
+    tab.click("calibration-back")
+    tab.wait_text("step-count", "Step 1 ")
+    tab.wait_visible("calibration-next")
+    tab.click("calibration-again")
+    tab.wait(f"!{find('calibration-next')}.checkVisibility()", "it is measured again")
+    tab.wait_visible("calibration-next", MEASURED_S)
+    tab.click("calibration-next")
+    tab.wait_text("step-count", "Step 2 ")
+
+
+def back_from_result(tab):
+    """To the last step that was measured and on to the result again, which says the same."""
+    before = tab.text("result")
+    tab.click("calibration-back")
+    tab.wait_visible("calibration-next")
+    assert not tab.visible("found"), "what somebody goes back from is not there to be used"
+    tab.click("calibration-next")
+    tab.wait_visible("calibration-use")
+    assert tab.text("result") == before, "nothing was measured again, so the same is found"
+
+
+def look_up(tab):
+    """The result of the calibration in use is folded away, and stays."""
+    assert tab.visible("found-head") and not tab.visible("result"), "it is folded"
+    tab.click("found-head")
+    tab.wait_visible("result")
+    assert "±" in tab.text("result")
 
 
 def through_steps(tab, last):
@@ -178,6 +259,7 @@ def disarm(tab, key, focus):
 def whole(tab, labels, each, seconds, look):
     """All of it; `look` is called with a name wherever there is something new to see. What was said of a movement."""
     raw(tab)
+    teach(tab, lambda name: look(f"real-{name}"))
     calibrate(tab, "ada")
     look("real-calibrated")
     check_fit(tab)

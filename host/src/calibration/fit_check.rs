@@ -159,6 +159,16 @@ impl FitCheck {
         may
     }
 
+    /// Goes back to bending, which stands until it is measured again; false if that is shown already.
+    pub fn back(&mut self) -> bool {
+        let may = self.at > 0;
+        if may {
+            self.at = 0;
+            self.phase = Phase::Done;
+        }
+        may
+    }
+
     /// Takes one instant; without a step under way it is passed over.
     pub fn sample(&mut self, at_us: u64, measured: &Measured<'_>) {
         let Phase::Measuring(measurement) = &mut self.phase else {

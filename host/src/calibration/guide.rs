@@ -1,32 +1,25 @@
 //! The guided calibration: one step after another, each measured until it is good.
 
 use nalgebra::Vector3;
-use tonus_shared::pipeline::{activation_weight, illustrative};
+use tonus_shared::pipeline::activation_weight;
 use tonus_shared::stiffness::{ArmPosture, ParameterError, PostureError, Segments};
 use tonus_shared::wire::{Calibration, MAX_CHANNELS, Muscle};
 
 use super::Measured;
-use super::fit::{Fit, Load, fit};
+use super::fit::Load;
 use super::fit_check::Pattern;
 use super::levels::{self, Scale};
 use super::measurement::Measurement;
 use super::plan::{Hold, Task, plan};
-use super::view::{CalibrationResult, Estimate, Person, StepView};
+use super::view::{Estimate, Person, StepView};
 
-/// With this maximum and no rest a share is the envelope in millivolts.
-const MEASURING_MVC_V: f32 = 1e-3;
+mod conclude;
+
+pub use conclude::Outcome;
+use conclude::base;
+
 /// An effort may be off by this factor either way: it is measured, but the levels must stay apart.
 const EFFORT_FACTOR: f64 = 3.0;
-/// What the parameters are called.
-const NAMES: [&str; super::PARAMETERS] = [
-    "the gain l1 of co-contraction",
-    "the slope l2 of co-contraction",
-    "the shoulder's stiffness in flexion",
-    "the shoulder's stiffness sideways",
-    "the stiffness of the upper arm's turn",
-    "the elbow's stiffness",
-];
-
 /// Why nobody can be calibrated like that.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum GuideError {
@@ -55,19 +48,6 @@ pub enum GuideError {
     Posture(#[from] PostureError),
 }
 
-/// What a finished calibration gives.
-#[derive(Debug, Clone)]
-pub struct Outcome {
-    /// To send to the wearable.
-    pub calibration: Calibration,
-    /// To show.
-    pub result: CalibrationResult,
-    /// To keep: what a later [`super::FitCheck`] compares with.
-    pub pattern: Pattern,
-    /// Stiffness with its covariance.
-    pub fit: Fit,
-}
-
 #[derive(Debug, Clone)]
 enum Phase {
     Waiting,
@@ -76,12 +56,14 @@ enum Phase {
     Problem(String),
 }
 
-/// Where the hand was in a hold, and how firm.
-#[derive(Debug, Clone, Copy)]
+/// Where the hand was in a hold, and how firm: the envelopes stay as they came, because rest and maximum may be measured
+/// again.
+#[derive(Debug, Clone)]
 struct Held {
     hold: Hold,
     hand_m: Vector3<f64>,
-    activation: f64,
+    /// Of each channel, V.
+    envelope_v: Vec<f64>,
 }
 
 /// A calibration under way.
@@ -166,13 +148,16 @@ impl Guide {
         }
     }
 
-    /// Goes on to the next step, if this one is measured and good; false if not.
+    /// Goes on to the next step that is not measured, if this one is measured and good; false if not.
     pub fn go_on(&mut self) -> bool {
         if !matches!(self.phase, Phase::Done) || self.at >= self.plan.len() {
             return false;
         }
-        self.at += 1;
-        self.phase = Phase::Waiting;
+        let standing = |phase: &Phase| matches!(phase, Phase::Done);
+        self.at = (self.at + 1..self.plan.len())
+            .find(|at| !standing(&self.stands(*at)))
+            .unwrap_or(self.plan.len());
+        self.phase = self.stands(self.at);
         if self.at == self.plan.len() {
             self.phase = match self.conclude() {
                 Ok(outcome) => {
@@ -183,6 +168,40 @@ impl Guide {
             };
         }
         true
+    }
+
+    /// Goes back to the step before; false at the first. What was measured there stands until it is measured again, and a
+    /// measurement under way is given up. [`Self::go_on`] stops at every later step that no longer stands.
+    pub fn back(&mut self) -> bool {
+        let Some(before) = self.at.checked_sub(1) else {
+            return false;
+        };
+        self.at = before;
+        self.outcome = None;
+        self.phase = self.stands(before);
+        true
+    }
+
+    /// How a step stands by what was measured, under the newest rest and maximum.
+    fn stands(&self, at: usize) -> Phase {
+        let judged = match self.plan.get(at).copied().unwrap_or(Task::Free) {
+            Task::Rest => (!self.rest.is_empty()).then_some(Ok(())),
+            Task::Contract => {
+                (!self.mvc.is_empty()).then(|| levels::strong(&self.mvc, &self.muscles, &self.rest))
+            }
+            Task::Flex => (!self.flex.is_empty()).then_some(Ok(())),
+            Task::Extend => (!self.extend.is_empty()).then_some(Ok(())),
+            Task::Hold(hold) => {
+                let held = self.held.iter().find(|held| held.hold == hold);
+                held.map(|held| self.effort(&hold, &held.envelope_v).map(|_| ()))
+            }
+            Task::Free => None,
+        };
+        match judged {
+            None => Phase::Waiting,
+            Some(Ok(())) => Phase::Done,
+            Some(Err(problem)) => Phase::Problem(problem),
+        }
     }
 
     /// Takes one instant; without a step under way it is passed over.
@@ -254,7 +273,7 @@ impl Guide {
     fn scale(&self) -> Result<Scale, String> {
         // `levels::maximum` let pass only maxima above their rest.
         Scale::new(&self.muscles, &self.rest, &self.mvc)
-            .ok_or_else(|| "Rest and maximum do not differ: cancel and begin again.".into())
+            .ok_or_else(|| "Rest and maximum do not differ: go back and measure both again.".into())
     }
 
     fn hold(&self, hold: Hold, measurement: &Measurement) -> Result<Held, String> {
@@ -262,24 +281,32 @@ impl Guide {
         // Where the loads start from must be a place that this arm reaches.
         ArmPosture::from_hand_and_swivel(&self.segments, &hand_m, 0.0)
             .map_err(|error| format!("No arm is like that: {error}. Then do this step again."))?;
-        let scale = self.scale()?;
-        let level = |channel| measurement.mean(channel).map_or(0.0, |mean| mean.value);
-        let activation = scale.activation(level);
-        let effort = activation / scale.full();
-        let (least, most) = (hold.effort / EFFORT_FACTOR, hold.effort * EFFORT_FACTOR);
-        if !(least..=most).contains(&effort) {
-            return Err(format!(
-                "The muscles were tensed to {:.0} % of their maximum, {:.0} % are wanted: watch the envelopes, then do this \
-                 step again.",
-                100.0 * effort,
-                100.0 * hold.effort
-            ));
-        }
+        let mean = |channel| measurement.mean(channel).map_or(0.0, |mean| mean.value);
+        let envelope_v: Vec<f64> = (0..self.muscles.len()).map(mean).collect();
+        self.effort(&hold, &envelope_v)?;
         Ok(Held {
             hold,
             hand_m,
-            activation,
+            envelope_v,
         })
+    }
+
+    /// The activation of these envelopes, V, under the newest rest and maximum; or why it is not what the hold asks for.
+    fn effort(&self, hold: &Hold, envelope_v: &[f64]) -> Result<f64, String> {
+        let scale = self.scale()?;
+        let activation =
+            scale.activation(|channel| envelope_v.get(channel).copied().unwrap_or(0.0));
+        let effort = activation / scale.full();
+        let (least, most) = (hold.effort / EFFORT_FACTOR, hold.effort * EFFORT_FACTOR);
+        if (least..=most).contains(&effort) {
+            return Ok(activation);
+        }
+        Err(format!(
+            "The muscles were tensed to {:.0} % of their maximum, {:.0} % are wanted: watch the envelopes, then do this step \
+             again.",
+            100.0 * effort,
+            100.0 * hold.effort
+        ))
     }
 
     /// Every load with the unloaded hold of its group.
@@ -301,94 +328,10 @@ impl Guide {
                 posture,
                 group: held.hold.group,
                 force_n: held.hold.force_n.into(),
-                activation: held.activation,
+                activation: self.effort(&held.hold, &held.envelope_v)?,
                 moved_m: held.hand_m - hand,
             });
         }
         Ok(loads)
     }
-
-    fn conclude(&self) -> Result<Outcome, String> {
-        let fit = fit(&self.segments, &self.loads()?).map_err(|error| error.to_string())?;
-        let estimates = fit.estimates();
-        let [l1, l2, k0, k1, k2, k3] = estimates;
-        let microvolts = |levels: &[Estimate]| -> Vec<Estimate> {
-            let scaled = levels.iter().map(|level| Estimate {
-                value: 1e6 * level.value,
-                std: 1e6 * level.std,
-            });
-            scaled.collect()
-        };
-        Ok(Outcome {
-            calibration: self.calibration(&estimates),
-            result: CalibrationResult {
-                rest_uv: microvolts(&self.rest),
-                mvc_uv: microvolts(&self.mvc),
-                l1,
-                l2,
-                rest_stiffness_nm_per_rad: [k0, k1, k2, k3],
-                residual_mm: 1e3 * fit.residual_m,
-                notes: notes(&fit),
-            },
-            pattern: Pattern::new(&self.rest, &self.flex, &self.extend),
-            fit,
-        })
-    }
-
-    #[allow(clippy::cast_possible_truncation, reason = "the packet carries f32")]
-    fn calibration(&self, estimates: &[Estimate; super::PARAMETERS]) -> Calibration {
-        let slots = |levels: &[Estimate]| {
-            std::array::from_fn(|slot| levels.get(slot).map_or(0.0, |level| level.value as f32))
-        };
-        let [l1, l2, k @ ..] = estimates.map(|estimate| estimate.value as f32);
-        Calibration {
-            revision: self.revision,
-            rest_v: slots(&self.rest),
-            mvc_v: slots(&self.mvc),
-            l1,
-            l2,
-            rest_stiffness_nm_per_rad: k,
-            ..self.base
-        }
-    }
-}
-
-/// The person on this wearable, with levels to measure by and an illustrative arm.
-#[allow(clippy::cast_possible_truncation, reason = "the packet carries f32")]
-fn base(person: &Person, muscles: &[Muscle], semg_hz: f32) -> Calibration {
-    let used =
-        |level: f32| std::array::from_fn(|slot| if slot < muscles.len() { level } else { 0.0 });
-    Calibration {
-        channels: muscles.len() as u8,
-        muscles: std::array::from_fn(|slot| muscles.get(slot).copied().unwrap_or_default()),
-        mains_hz: person.mains_hz,
-        semg_hz,
-        rest_v: [0.0; MAX_CHANNELS],
-        mvc_v: used(MEASURING_MVC_V),
-        body_mass_kg: person.body_mass_kg as f32,
-        body_height_m: person.body_height_m as f32,
-        ..illustrative([Muscle::Other; 1], 0)
-    }
-}
-
-fn notes(fit: &Fit) -> Vec<String> {
-    let untold = (0..super::PARAMETERS).filter(|at| !fit.told(*at)).map(|at| {
-        format!(
-            "The loads do not tell {}: what stands there is mostly what is usual, not what was measured.",
-            NAMES[at]
-        )
-    });
-    let mut notes: Vec<String> = untold.collect();
-    if !fit.left_out.is_empty() {
-        let loads: Vec<String> = fit
-            .left_out
-            .iter()
-            .map(|load| (load + 1).to_string())
-            .collect();
-        notes.push(format!(
-            "Left out because the hand moved otherwise than all others say: load {}.",
-            loads.join(", ")
-        ));
-    }
-    notes
 }

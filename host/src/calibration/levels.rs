@@ -36,9 +36,18 @@ pub(super) fn maximum(
     rest: &[Estimate],
 ) -> Result<Vec<Estimate>, String> {
     let peaks = each(muscles, |channel| measured.peak(channel))?;
+    strong(&peaks, muscles, rest).map(|()| peaks)
+}
+
+/// Whether these maxima, V, are well above rest, or what is to be done.
+pub(super) fn strong(
+    peaks: &[Estimate],
+    muscles: &[Muscle],
+    rest: &[Estimate],
+) -> Result<(), String> {
     let weak = muscles
         .iter()
-        .zip(&peaks)
+        .zip(peaks)
         .zip(rest)
         .filter_map(|((muscle, peak), rest)| {
             let rise = peak.value / rest.value;
@@ -53,11 +62,11 @@ pub(super) fn maximum(
         });
     let weak: Vec<String> = weak.collect();
     if weak.is_empty() {
-        return Ok(peaks);
+        return Ok(());
     }
     Err(format!(
         "Too weak (at least {LEAST_RISE} times the level at rest is needed): {}. Tense with all strength and do this step \
-         again; if the muscles were not at rest before, cancel and begin with the rest.",
+         again; if the muscles were not at rest before, go back to the rest.",
         weak.join(", ")
     ))
 }

@@ -8,6 +8,7 @@ use tonus_shared::stiffness::{ArmPosture, Segments, deflection};
 
 use super::*;
 
+mod back;
 mod guide;
 mod pattern;
 mod profile;

@@ -174,6 +174,7 @@ impl RunArgs {
             lsl: self.lsl,
             seed: self.seed,
             pace: self.pace,
+            keep: (!simulated).then(|| file.clone().unwrap_or_else(|| PathBuf::from("tonus.toml"))),
             ask_passkey: Arc::new(ask_passkey),
             stop,
         };

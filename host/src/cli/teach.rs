@@ -1,7 +1,7 @@
 //! `tonus teach`: where the shoulder and the robot are in the tracker's frame.
 
 use std::io::stdin;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
@@ -11,7 +11,7 @@ use tonus::leap::{Leap, Update};
 use tonus::studio::setup;
 use tonus::transform::{Shoulder, Touched, Transform};
 
-use super::{UsageError, say, write_atomically};
+use super::{UsageError, say};
 
 const EXAMPLE: &str = "Examples:
   tonus teach --shoulder
@@ -58,18 +58,23 @@ impl TeachArgs {
             ));
         }
         let named = self.config.as_deref().filter(|file| file.is_file());
-        let (mut config, found) = Config::find(named)?;
+        let (config, found) = Config::find(named)?;
         let file = self
             .config
             .or(found)
             .unwrap_or_else(|| PathBuf::from("tonus.toml"));
-        let mut leap = Leap::new(setup::tracker(&config)?, Instant::now());
+        let told = setup::tracker(&config)?;
+        let mut shoulder = None;
         if self.shoulder {
+            let mut told = told.clone();
+            told.wanted = told.wanted.other();
+            let mut leap = Leap::new(told, Instant::now());
             let seen = touch(&mut leap, "your shoulder with the other hand")?;
-            config.tracker.shoulder = Some(Shoulder::by_touch(&seen)?);
+            shoulder = Some(Shoulder::by_touch(&seen)?);
         }
-        let mut residual_m = None;
+        let (mut robot, mut residual_m) = (None, None);
         if !self.point.is_empty() {
+            let mut leap = Leap::new(told, Instant::now());
             let mut touched = Vec::new();
             for robot_m in self.point {
                 let seen = touch(&mut leap, &format!("the robot's hand at {robot_m:?} m"))?;
@@ -78,9 +83,10 @@ impl TeachArgs {
             }
             let taught = Transform::teach(&touched)?;
             residual_m = Some(taught.residual_m);
-            config.tracker.robot = Some(taught.transform.to_stored());
+            robot = Some(taught.transform.to_stored());
         }
-        keep(&config, &file)?;
+        let config = config.taught(shoulder, robot);
+        config.keep(&file)?;
         say(&if json {
             let tracker =
                 json!({ "shoulder": config.tracker.shoulder, "robot": config.tracker.robot });
@@ -95,11 +101,6 @@ impl TeachArgs {
             format!("{fits}written to {}\n", file.display())
         })
     }
-}
-
-/// The whole configuration, so that what it says is what is used.
-fn keep(config: &Config, file: &Path) -> anyhow::Result<()> {
-    write_atomically(file, config.text().as_bytes())
 }
 
 /// Asks for a touch and gives the places where the palm was seen meanwhile.

@@ -56,3 +56,32 @@ fn errors_name_file_line_and_key() {
         assert!(parts.iter().all(|part| refusal.contains(part)), "{refusal}");
     }
 }
+
+#[test]
+fn what_is_taught_is_kept_beside_what_the_file_says() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("tonus.toml");
+    std::fs::write(&file, "[robot]\nto = \"udp:10.0.0.2:5005\"\n").unwrap();
+    let shoulder = Shoulder {
+        centre_m: [0.22, 0.38, 0.41],
+        turned_left_rad: 0.0,
+    };
+    let robot = Stored {
+        rotation_xyzw: [0.5, -0.5, -0.5, 0.5],
+        translation_m: [0.6, 0.0, -0.1],
+    };
+    let read = || Config::read(&file).unwrap();
+    read().taught(Some(shoulder), None).keep(&file).unwrap();
+    // The second leaves the first as it is.
+    read().taught(None, Some(robot)).keep(&file).unwrap();
+    let kept = read();
+    assert_eq!(kept.robot.to, "udp:10.0.0.2:5005");
+    assert_eq!(kept.tracker.shoulder, Some(shoulder));
+    assert_eq!(kept.tracker.robot, Some(robot));
+    let nowhere = directory.path().join("none").join("tonus.toml");
+    let refused = kept.keep(&nowhere).unwrap_err().to_string();
+    assert!(
+        refused.contains("none") && refused.contains("cannot be written"),
+        "{refused}"
+    );
+}

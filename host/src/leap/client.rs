@@ -112,6 +112,11 @@ impl Leap {
         }
     }
 
+    /// Follows this hand from now on.
+    pub fn want(&mut self, wanted: Wanted) {
+        self.follower.want(wanted);
+    }
+
     /// Host time now, microseconds.
     #[must_use]
     pub fn now_us(&self) -> u64 {

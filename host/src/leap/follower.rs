@@ -137,6 +137,18 @@ pub struct Counts {
     pub stale: u64,
 }
 
+impl Wanted {
+    /// The other hand than the one that is followed, to touch its shoulder; whichever it is where either is followed.
+    #[must_use]
+    pub fn other(self) -> Self {
+        match self {
+            Self::Either => Self::Either,
+            Self::Only(Side::Left) => Self::Only(Side::Right),
+            Self::Only(Side::Right) => Self::Only(Side::Left),
+        }
+    }
+}
+
 /// Follows one hand.
 #[derive(Debug, Clone)]
 pub struct Follower {
@@ -158,6 +170,14 @@ impl Follower {
             protocol: None,
             last: None,
             counts: Counts::default(),
+        }
+    }
+
+    /// Follows this hand from now on.
+    pub fn want(&mut self, wanted: Wanted) {
+        if self.wanted != wanted {
+            self.wanted = wanted;
+            self.last = None;
         }
     }
 

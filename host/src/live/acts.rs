@@ -59,11 +59,17 @@ impl Engine {
                 self.config.raw = on;
                 Ok(())
             }
+            Act::TeachShoulder
+            | Act::TeachPoint { .. }
+            | Act::TeachRemove { .. }
+            | Act::TeachUse
+            | Act::TeachCancel => self.teach(act, world),
             Act::Calibrate(_)
             | Act::Recall { .. }
             | Act::CheckFit
             | Act::CalibrationStep
             | Act::CalibrationNext
+            | Act::CalibrationBack
             | Act::CalibrationUse
             | Act::CalibrationCancel => self.calibrate(act, world),
         };

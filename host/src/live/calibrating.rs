@@ -7,9 +7,10 @@ use super::engine::{Engine, World};
 use super::input::Act;
 use super::request::{Prompt, Request};
 use super::view::{CalibrationView, FitView, Lamp};
-use super::wearable::Calibrated;
+use super::wearable::{Calibrated, Wearable};
 use crate::calibration::{
-    FitCheck, Guide, Measured, Outcome, Person, Profile, StepView, Verdict, volts,
+    CalibrationResult, FitCheck, Guide, Measured, Outcome, Person, Profile, StepView, Verdict,
+    volts,
 };
 
 /// A calibration that is not answered is sent so many times.
@@ -65,6 +66,11 @@ impl Calibrating {
         self.under.is_some() && self.sent.is_none()
     }
 
+    /// Whether somebody is asked for something here.
+    pub(super) fn busy(&self) -> bool {
+        self.under.is_some()
+    }
+
     /// Whether somebody is being measured: what the stiffness says means nothing then.
     pub(super) fn under_way(&self) -> bool {
         matches!(self.under, Some(Under::Guide(_)))
@@ -85,6 +91,18 @@ impl Calibrating {
         }
     }
 
+    /// What is being found, or else what stands behind the calibration in use.
+    fn result(&self, in_use: Option<&Calibration>) -> Option<CalibrationResult> {
+        if let Some(Under::Guide(guided)) = &self.under {
+            return guided.guide.result().map(|outcome| outcome.result.clone());
+        }
+        let known = self.known.as_ref()?;
+        let stands = known
+            .calibration()
+            .is_ok_and(|measured| Some(&measured) == in_use);
+        stands.then(|| known.result.clone())
+    }
+
     fn outcome(&self) -> Option<&Outcome> {
         match self.under.as_ref()? {
             Under::Guide(guided) => guided.guide.result(),
@@ -92,8 +110,9 @@ impl Calibrating {
         }
     }
 
-    /// What is to be seen; `in_use` is what the wearable works with.
-    pub(super) fn view(&self, in_use: Option<&Calibration>) -> CalibrationView {
+    /// What is to be seen of a wearable.
+    pub(super) fn view(&self, wearable: &Wearable) -> CalibrationView {
+        let in_use = wearable.calibration.as_ref();
         let name = |calibration: &Calibration| match &self.known {
             Some(known) => known.person.name.clone(),
             None => format!("revision {}", calibration.revision),
@@ -102,8 +121,9 @@ impl Calibrating {
             // Whoever runs the engine knows.
             people: Vec::new(),
             in_use: (in_use.filter(|calibration| calibration.revision != 0)).map(name),
+            waiting: self.sent.is_some() || wearable.newest.is_some() && !wearable.introduced(),
             step: self.step(),
-            result: self.outcome().map(|outcome| outcome.result.clone()),
+            result: self.result(in_use),
             fit: self.verdict.as_ref().map(|verdict| FitView {
                 lamp: if verdict.findings.is_empty() {
                     Lamp::Good
@@ -148,6 +168,7 @@ impl Engine {
                     Err("this step is not measured yet: start it first".to_owned())
                 }
             }
+            Act::CalibrationBack => self.back(world),
             Act::CalibrationUse => self.use_outcome(world),
             _ => self.cancel(world),
         }
@@ -206,6 +227,23 @@ impl Engine {
         let outcome = outcome.ok_or("the calibration is not finished: measure every step")?;
         let calibration = outcome.calibration;
         self.send(Sent::ToUse, calibration, 1, world);
+        Ok(())
+    }
+
+    fn back(&mut self, world: &mut impl World) -> Result<(), String> {
+        if self.calibrating.sent.is_some() {
+            return Err("wait until the wearable has answered".to_owned());
+        }
+        let back = match &mut self.calibrating.under {
+            None => return Err("nobody is being measured".to_owned()),
+            Some(Under::Guide(guided)) => guided.guide.back(),
+            Some(Under::Check(check)) => check.back(),
+        };
+        if !back {
+            return Err("this is the first step".to_owned());
+        }
+        // What was being measured is over.
+        world.ask(self.now_us, Request::Prompt(Prompt::Free));
         Ok(())
     }
 

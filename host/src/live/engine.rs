@@ -16,6 +16,7 @@ use super::input::{HandSeen, Input, LinkEvent, RobotSeen, TrackerEvent};
 use super::latency::Latencies;
 use super::request::Request;
 use super::takes::{Kept, LONGEST_US, Take};
+use super::teaching::{Frames, Teaching};
 use super::trace::Traces;
 use super::view::{Message, View};
 use super::wearable::{Heard, Wearable};
@@ -60,6 +61,8 @@ pub trait World {
     fn commanded(&mut self, at_us: u64, command: &Command);
     /// What the robot is told now, behind the gate.
     fn set(&mut self, at_us: u64, setpoint: &Setpoint, state: State);
+    /// Somebody taught where shoulder or robot are; the engine uses it already.
+    fn taught(&mut self, _frames: &Frames) {}
     /// There is something to see.
     fn show(&mut self, view: &View);
 }
@@ -97,6 +100,9 @@ pub struct Engine {
     pub(super) hand_in_robot_m: Option<[f64; 3]>,
     pub(super) follow: Follow,
     pub(super) calibrating: Calibrating,
+    pub(super) teaching: Teaching,
+    /// Shoulder or robot are elsewhere than before.
+    pub(super) reframed: bool,
     pub(super) take: Option<Take>,
     pub(super) kept: Vec<Kept>,
     next_id: u32,
@@ -148,6 +154,8 @@ impl Engine {
             seen_us: 0,
             hand_in_robot_m: None,
             calibrating: Calibrating::default(),
+            teaching: Teaching::default(),
+            reframed: false,
             take: None,
             kept: Vec::new(),
             next_id: 1,
@@ -221,7 +229,7 @@ impl Engine {
         Next::End
     }
 
-    /// One input; whether there is another library.
+    /// One input; whether there is another library, or everything is elsewhere.
     fn take(
         &mut self,
         session: Option<&mut Session<'_>>,
@@ -234,7 +242,10 @@ impl Engine {
             Input::Tracker(event) => self.tracker = Some(event),
             Input::Hand(hand) => self.hand(session, hand, world),
             Input::Robot(robot) => self.robot(&robot),
-            Input::Act(act) => self.act(act, world),
+            Input::Act(act) => {
+                self.act(act, world);
+                return std::mem::take(&mut self.reframed);
+            }
             Input::Learnt(outcome) => return self.learnt(outcome, world),
         }
         false
@@ -317,6 +328,11 @@ impl Engine {
         world: &mut impl World,
     ) {
         let now_us = self.now_us;
+        let other = self.teaching.other_hand();
+        if let Some(hand) = &hand {
+            self.touched(hand, world);
+        }
+        let hand = hand.filter(|_| !other);
         let placed = hand.map(|hand| HandSeen {
             position_m: self.config.shoulder.map_or(hand.position_m, |shoulder| {
                 shoulder.point_m(hand.position_m)
@@ -384,6 +400,7 @@ impl Engine {
             world.ask(now_us, Request::Frame(frame));
         }
         self.answered(None, world);
+        self.touch_is_due(world);
         if let Some(take) = &mut self.take {
             if now_us >= take.began_us() + LONGEST_US {
                 take.stop(now_us);

@@ -119,12 +119,30 @@ pub enum Act {
     CheckFit,
     /// Begin the step of the calibration that is shown, or do it again.
     CalibrationStep,
-    /// The step that was measured is good: on to the next one.
+    /// The step that was measured is good: on to the next one that is not measured.
     CalibrationNext,
+    /// Back to the step before, to look at it or to measure it again.
+    CalibrationBack,
     /// Send what was measured to the wearable, and use it.
     CalibrationUse,
     /// Stop calibrating; what was in use stays.
     CalibrationCancel,
+    /// The shoulder is being touched with the other hand: look where.
+    TeachShoulder,
+    /// A point in the robot's frame is being touched: look where.
+    TeachPoint {
+        /// Its place, base frame, metres; none for where the robot's hand is.
+        robot_m: Option<[f64; 3]>,
+    },
+    /// Forget a touched point.
+    TeachRemove {
+        /// Which one, from 1.
+        point: usize,
+    },
+    /// Use what was touched, from now on.
+    TeachUse,
+    /// Forget what was touched and is not used.
+    TeachCancel,
     /// Begin to record a demonstration.
     Record {
         /// The skill that it shows.

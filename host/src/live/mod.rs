@@ -14,6 +14,7 @@ mod recall;
 mod request;
 mod show;
 mod takes;
+mod teaching;
 mod trace;
 mod view;
 mod wearable;
@@ -27,8 +28,10 @@ pub use crate::calibration::{CalibrationResult, Estimate, Person, Profile, StepV
 pub use input::{Act, HandSeen, Input, LinkEvent, RobotSeen, Timed, TrackerEvent};
 pub use port::{Injector, Inputs, Plug, Port, SessionClock};
 pub use request::{Prompt, Request};
+pub use teaching::Frames;
 pub use view::{
     CalibrationView, ChannelView, ClockView, DemonstrationView, FileView, FitView, HandView, Lamp,
-    LatencyView, LibraryView, LinkView, Message, PathPoint, RecognitionView, RecordingView,
-    RobotView, SemgView, Trace, TrackerView, View,
+    LatencyView, LibraryView, LinkView, Message, PasskeyView, PathPoint, PointView,
+    RecognitionView, RecordingView, RobotView, SemgView, TeachingView, TouchView, Trace,
+    TrackerView, View,
 };

@@ -34,6 +34,13 @@ pub enum Prompt {
     Flex,
     /// Stretch the elbow against a weight, triceps alone.
     Extend,
+    /// Touch the shoulder with the other hand and hold it there.
+    TouchShoulder,
+    /// Touch a place with the hand and hold it there.
+    TouchPoint {
+        /// Robot's base frame, metres.
+        robot_m: [f64; 3],
+    },
     /// Perform a movement.
     Perform {
         /// The skill.

@@ -23,6 +23,7 @@ pub struct View {
     pub trace: Trace,
     pub hand: Option<HandView>,
     pub calibration: CalibrationView,
+    pub teaching: TeachingView,
     /// A demonstration on its way.
     pub recording: Option<RecordingView>,
     pub demonstrations: Vec<DemonstrationView>,
@@ -63,6 +64,17 @@ pub struct LinkView {
     pub battery_mv: Option<u16>,
     /// What is wrong with the wearable, or awaits the host.
     pub warnings: Vec<String>,
+    /// The passkey that pairing waits for; null where none is wanted. The digits themselves are in no view.
+    pub passkey: Option<PasskeyView>,
+}
+
+/// A passkey that is wanted.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PasskeyView {
+    /// The wearable that shows it.
+    pub wanted_by: String,
+    /// Time that is left to give it, seconds.
+    pub left_s: f64,
 }
 
 /// How the wearable's clock compares.
@@ -166,6 +178,45 @@ pub struct HandView {
     pub in_robot_m: Option<[f64; 3]>,
 }
 
+/// What is taught by touching: where shoulder and robot are in the tracker's frame.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TeachingView {
+    /// What is being touched.
+    pub touching: Option<TouchView>,
+    /// The shoulder that was touched and is not used yet, tracker's frame.
+    pub shoulder_m: Option<[f64; 3]>,
+    /// The points that were touched.
+    pub points: Vec<PointView>,
+    /// How well they fit each other, root mean square, mm; null until they teach something.
+    pub residual_mm: Option<f64>,
+    /// Why the last touch or the points teach nothing, and what to do.
+    pub problem: Option<String>,
+    /// Whether there is something to use.
+    pub may_use: bool,
+    /// What became of what was used last: the file that keeps it, or why none does.
+    pub kept: Option<String>,
+}
+
+/// A touch on its way.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TouchView {
+    /// What is touched, for people.
+    pub what: String,
+    /// For how much of the time that it takes the hand has been still, from 0 to 1.
+    pub still: f64,
+}
+
+/// A touched point.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PointView {
+    /// Where it is, robot's base frame.
+    pub robot_m: [f64; 3],
+    /// Where the tracker saw the hand.
+    pub tracker_m: [f64; 3],
+    /// How far the two lie apart under what all points teach, mm; null until they teach something.
+    pub off_mm: Option<f64>,
+}
+
 /// The guided calibration.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CalibrationView {
@@ -173,9 +224,11 @@ pub struct CalibrationView {
     pub in_use: Option<String>,
     /// Who was measured before and can be recalled, sorted.
     pub people: Vec<String>,
+    /// Whether the wearable has yet to answer: until then nothing is begun, measured or used.
+    pub waiting: bool,
     /// The step under way, if somebody calibrates.
     pub step: Option<StepView>,
-    /// What was measured, once it is.
+    /// What was measured, once it is; after that, what stands behind the calibration in use, if it was measured here.
     pub result: Option<CalibrationResult>,
     /// Whether the wearable sits as it did, once that was checked.
     pub fit: Option<FitView>,

@@ -131,6 +131,11 @@ impl Wearable {
         Some(Heard { frame, notice })
     }
 
+    /// Whether it has told what it is and what it is calibrated for.
+    pub(super) fn introduced(&self) -> bool {
+        self.configuration.is_some() && self.calibration.is_some()
+    }
+
     fn asked(&mut self, id: u32, requested_us: u64) -> bool {
         let known = self
             .pings

@@ -9,7 +9,8 @@
 //! Trace samples between two views are joined, as far back as the [`feed`] keeps them.
 //!
 //! **What is said.** To the browser: `{"number", "view", "demonstrations"}`, demonstrations null while they are as they were, or
-//! `{"refused": why}`. From the browser: an [`Act`], or `{"seen": number}` once a view is drawn.
+//! `{"refused": why}`. From the browser: an [`Act`], `{"passkey": digits}` where the view asks for it, or `{"seen": number}` once
+//! a view is drawn.
 
 mod assets;
 mod feed;
@@ -29,6 +30,7 @@ use tokio::sync::oneshot;
 use crate::live::{Act, View};
 use feed::Feed;
 use guard::Guard;
+use socket::Takers;
 
 /// Why there is no page.
 #[derive(Debug, Error)]
@@ -63,11 +65,16 @@ pub struct Page {
 
 impl Page {
     /// Serves the page on 127.0.0.1 at this port, or at a free one if it is taken or zero. `acts` is called on the page's
-    /// thread with what people do and must not wait.
+    /// thread with what people do and must not wait; neither may `passkey`, which is given what they typed in its field and says
+    /// why that is not taken. It is no act, so that no recording holds it.
     ///
     /// # Errors
     /// [`PageError`]: no port, no random numbers, no thread.
-    pub fn serve(port: u16, acts: impl Fn(Act) + Send + Sync + 'static) -> Result<Self, PageError> {
+    pub fn serve(
+        port: u16,
+        acts: impl Fn(Act) + Send + Sync + 'static,
+        passkey: impl Fn(&str) -> Result<(), String> + Send + Sync + 'static,
+    ) -> Result<Self, PageError> {
         let (listener, address) =
             listen(port).map_err(|source| PageError::Listen { port, source })?;
         let guard = Guard::new(address.port())?;
@@ -79,7 +86,10 @@ impl Page {
             state: server::State {
                 guard: Arc::new(guard),
                 feed: Arc::clone(&feed),
-                acts: Arc::new(acts),
+                takers: Takers {
+                    acts: Arc::new(acts),
+                    passkey: Arc::new(passkey),
+                },
             },
             stopped,
         };

@@ -12,8 +12,8 @@ use tokio::sync::oneshot;
 
 use super::feed::Feed;
 use super::guard::{Guard, PROTOCOL, Refusal};
+use super::socket::Takers;
 use super::{assets, socket};
-use crate::live::Act;
 
 /// Browsers that may look at once: a few windows, and no way to make the program's work grow.
 const VIEWERS: usize = 8;
@@ -23,7 +23,7 @@ const VIEWERS: usize = 8;
 pub(super) struct State {
     pub(super) guard: Arc<Guard>,
     pub(super) feed: Arc<Feed>,
-    pub(super) acts: Arc<dyn Fn(Act) + Send + Sync>,
+    pub(super) takers: Takers,
 }
 
 /// What the page's thread is given.
@@ -99,7 +99,7 @@ async fn open_socket(
         .protocols([PROTOCOL])
         .max_message_size(socket::MOST_BYTES)
         .max_frame_size(socket::MOST_BYTES)
-        .on_upgrade(move |socket| socket::converse(socket, state.feed, state.acts, viewer))
+        .on_upgrade(move |socket| socket::converse(socket, state.feed, state.takers, viewer))
 }
 
 impl IntoResponse for Refusal {

@@ -23,6 +23,16 @@ const ON_THE_WAY: u64 = 2;
 /// Refusals that wait to be told; more are not told.
 const REFUSALS: usize = 8;
 
+/// Takes what somebody typed, or says why not.
+type TakePasskey = dyn Fn(&str) -> Result<(), String> + Send + Sync;
+
+/// Who takes what people do.
+#[derive(Clone)]
+pub(super) struct Takers {
+    pub(super) acts: Arc<dyn Fn(Act) + Send + Sync>,
+    pub(super) passkey: Arc<TakePasskey>,
+}
+
 /// What is sent at once.
 #[derive(Serialize)]
 struct Sent<'a> {
@@ -38,32 +48,28 @@ struct Refused {
 }
 
 /// What a browser says.
-#[derive(Debug, PartialEq)]
 enum Said {
     Act(Act),
+    /// What somebody typed for a passkey.
+    Passkey(String),
     Seen(u64),
 }
 
 /// Talks with one browser until either side ends it.
-pub(super) async fn converse(
-    socket: WebSocket,
-    feed: Arc<Feed>,
-    acts: Arc<dyn Fn(Act) + Send + Sync>,
-    _viewer: Viewer,
-) {
+pub(super) async fn converse(socket: WebSocket, feed: Arc<Feed>, takers: Takers, _viewer: Viewer) {
     let (sink, stream) = socket.split();
     let (refusals, to_tell) = mpsc::channel(REFUSALS);
     let seen = AtomicU64::new(0);
     // Apart, because an act must be taken at once, also from a browser to which sending is stuck.
     tokio::select! {
-        () = listen(stream, &*acts, &seen, refusals) => {}
+        () = listen(stream, &takers, &seen, refusals) => {}
         () = tell(sink, &feed, &seen, to_tell) => {}
     }
 }
 
 async fn listen(
     mut stream: SplitStream<WebSocket>,
-    acts: &(dyn Fn(Act) + Send + Sync),
+    takers: &Takers,
     seen: &AtomicU64,
     refusals: mpsc::Sender<String>,
 ) {
@@ -74,11 +80,17 @@ async fn listen(
             Message::Close(_) => return,
             Message::Ping(_) | Message::Pong(_) => continue,
         };
-        match understood {
-            Ok(Said::Act(act)) => acts(act),
-            Ok(Said::Seen(number)) => seen.store(number, Ordering::Relaxed),
+        let taken = understood.and_then(|said| {
+            match said {
+                Said::Act(act) => (takers.acts)(act),
+                Said::Passkey(typed) => (takers.passkey)(&typed)?,
+                Said::Seen(number) => seen.store(number, Ordering::Relaxed),
+            }
+            Ok(())
+        });
+        if let Err(reason) = taken {
             // Who sends faster nonsense than it reads the answers does not get them all.
-            Err(reason) => drop(refusals.try_send(reason)),
+            drop(refusals.try_send(reason));
         }
     }
 }
@@ -157,6 +169,11 @@ fn understand(text: &str) -> Result<Said, String> {
             .as_u64()
             .map(Said::Seen)
             .ok_or_else(|| format!("`seen` must be the number of a view, got {seen}"));
+    }
+    if let Some(passkey) = value.get("passkey") {
+        // Not told again, whatever it is.
+        let typed = passkey.as_str().map(str::to_owned).map(Said::Passkey);
+        return typed.ok_or_else(|| "`passkey` must be a text of six digits".to_owned());
     }
     serde_json::from_value(value)
         .map(Said::Act)

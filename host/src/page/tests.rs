@@ -16,7 +16,7 @@ const PATIENCE: Duration = Duration::from_secs(10);
 
 fn page() -> (Page, Receiver<Act>) {
     let (sender, acts) = channel();
-    let page = Page::serve(0, move |act| drop(sender.send(act))).unwrap();
+    let page = Page::serve(0, move |act| drop(sender.send(act)), |_| Ok(())).unwrap();
     (page, acts)
 }
 
@@ -206,7 +206,7 @@ fn views_and_acts_need_the_token() {
 fn two_pages_have_two_ports_and_two_tokens() {
     let (one, _acts) = page();
     let port = parts(&one).0.rsplit_once(':').unwrap().1.parse().unwrap();
-    let other = Page::serve(port, |_| {}).unwrap();
+    let other = Page::serve(port, |_| {}, |_| Ok(())).unwrap();
     assert_ne!(parts(&one).0, parts(&other).0);
     assert_ne!(parts(&one).1, parts(&other).1);
     assert_eq!(parts(&one).1.len(), 32);
@@ -355,6 +355,37 @@ fn nonsense_is_answered_and_nothing_is_done() {
     socket.send(Message::text(" ".repeat(17 * 1024))).unwrap();
     assert!(until(|| socket.read().is_err()));
     assert!(until(|| page.viewers() == 0));
+}
+
+#[test]
+fn a_passkey_goes_to_whoever_asks_and_why_not_is_told() {
+    let (sender, typed) = channel();
+    let page = Page::serve(
+        0,
+        |_| panic!("a passkey is no act"),
+        move |text| {
+            sender.send(text.to_owned()).unwrap();
+            match text.len() {
+                6 => Ok(()),
+                got => Err(format!("6 digits, not {got}")),
+            }
+        },
+    )
+    .unwrap();
+    let mut socket = look(&page);
+    for (said, refused) in [
+        (json!({"passkey": "48213"}), "6 digits, not 5"),
+        (json!({"passkey": 48_213}), "must be a text of six digits"),
+        (json!({"passkey": "048213", "act": "arm"}), ""),
+        (json!({"act": "passkey"}), "unknown variant"),
+    ] {
+        say(&mut socket, &said);
+        if !refused.is_empty() {
+            let told = hear(&mut socket)["refused"].as_str().unwrap().to_owned();
+            assert!(told.contains(refused) && !told.contains("48213"), "{told}");
+        }
+    }
+    assert_eq!(typed.try_iter().collect::<Vec<_>>(), ["48213", "048213"]);
 }
 
 #[test]

@@ -46,6 +46,13 @@ pub fn in_robot_frame(shoulder_m: [f64; 3]) -> [f64; 3] {
     [SHOULDER_M[0] - x, SHOULDER_M[1] - y, SHOULDER_M[2] + z]
 }
 
+/// A point of the robot's base frame in the person's shoulder frame, metres: back from [`in_robot_frame`].
+#[must_use]
+pub fn in_shoulder_frame(robot_m: [f64; 3]) -> [f64; 3] {
+    let [x, y, z] = robot_m;
+    [SHOULDER_M[0] - x, SHOULDER_M[1] - y, z - SHOULDER_M[2]]
+}
+
 /// The robot's part at phase `s` of the person's action: free of noise, the truth to score against.
 #[must_use]
 pub fn robot(action: &Action, s: f64) -> RobotPoint {

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use crate::leap::{Config, Leap, Protocol, Update};
-use crate::live::{HandSeen, Input, Port, TrackerEvent};
+use crate::live::{HandSeen, Input, Port, Prompt, Request, TrackerEvent};
 
 /// How long a frame is waited for before it is looked whether the program ends.
 const LOOK: Duration = Duration::from_millis(50);
@@ -17,8 +17,15 @@ pub fn run(port: &Port, config: Config) {
             reason: "the system's clock makes no sense: restart the program".to_owned(),
         }));
     };
+    let wanted = config.wanted;
     let mut leap = Leap::new(config, started);
     while !port.stopping() {
+        while let Some(request) = port.request(Duration::ZERO) {
+            if let Request::Prompt(prompt) = request {
+                let other = prompt == Prompt::TouchShoulder;
+                leap.want(if other { wanted.other() } else { wanted });
+            }
+        }
         match leap.receive(LOOK) {
             None | Some(Update::Refused(_)) => {}
             Some(Update::Connected { protocol }) => {

@@ -25,6 +25,7 @@ use crate::simulate::person::Arm;
 use crate::simulate::puppet::{Puppet, Wish};
 use crate::simulate::scripted;
 use crate::simulate::tracker::{TrackedHand, Tracker, TrackerNoise};
+use crate::transform::Shoulder;
 
 /// Places of the electrodes.
 const MUSCLES: [Muscle; CHANNELS] = [
@@ -50,6 +51,12 @@ pub const TRACKER: TrackerNoise = TrackerNoise {
     jitter_sd_m: 0.0015,
     bias_sd_m: 0.003,
     bias_time_s: 60.0,
+};
+/// Where the shoulder is in the simulated tracker's frame, which lies on the table as a real one: as
+/// [`Shoulder::by_height`] has it for the right arm of a person of 1.75 m.
+pub const SHOULDER: Shoulder = Shoulder {
+    centre_m: [0.129 * 1.75, 0.22 * 1.75, 0.24 * 1.75],
+    turned_left_rad: 0.0,
 };
 
 /// What is simulated.
@@ -189,6 +196,11 @@ impl SimulatedDevices {
             }
             Prompt::Flex => hold(HELD_M, flexing),
             Prompt::Extend => hold(HELD_M, stretching),
+            // The tracker sees the other hand there; this one has nothing to do with it.
+            Prompt::TouchShoulder => hold([0.0; 3], [0.0; CHANNELS]),
+            Prompt::TouchPoint { robot_m } => {
+                hold(scripted::in_shoulder_frame(*robot_m), [0.0; CHANNELS])
+            }
             Prompt::Perform { label } => Some(Wish::Perform(self.puppet.draw(label)?)),
             // They finish what they do.
             Prompt::Free => None,
@@ -322,7 +334,7 @@ impl SimulatedDevices {
                 at_us: hand.arrived_us,
                 input: Input::Hand(Some(HandSeen {
                     exposed_us: hand.exposed_us,
-                    position_m: hand.position_m,
+                    position_m: SHOULDER.in_tracker_m(hand.position_m),
                 })),
             });
         }
@@ -345,6 +357,12 @@ impl SimulatedDevices {
                 }),
             });
         }
+    }
+
+    /// Where the hand truly is, shoulder frame, metres: for scoring alone.
+    #[must_use]
+    pub fn hand_m(&self, at_us: u64) -> [f64; 3] {
+        self.puppet.truth(at_us).hand_m
     }
 
     /// What the person truly performs, for scoring alone.

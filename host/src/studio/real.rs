@@ -1,6 +1,7 @@
 //! The engine in real time: devices in their threads, a page, a file, a robot.
 
 use std::collections::VecDeque;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -9,9 +10,12 @@ use super::hands::Hands;
 use super::keep::Keeper;
 use crate::broadcast::Speaker;
 use crate::calibration::Profile;
+use crate::config::{Config, ConfigError};
 use crate::library::Library;
+use crate::link::ble::Passkeys;
 use crate::live::{
-    Act, Injector, Input, Inputs, LearnJob, Message, Plug, Request, RobotSeen, View, World,
+    Act, Frames, Injector, Input, Inputs, LearnJob, Message, PasskeyView, Plug, Request, RobotSeen,
+    View, World,
 };
 use crate::page::Page;
 use crate::recording::{Entry, Recorder};
@@ -33,6 +37,7 @@ pub struct Real {
     inputs: Inputs,
     injector: Injector,
     wearable: Plug,
+    tracker: Option<Plug>,
     page: Option<Page>,
     recorder: Option<Recorder>,
     speaker: Option<Speaker>,
@@ -44,6 +49,10 @@ pub struct Real {
     acts: VecDeque<Act>,
     learnt: Learnt,
     keeper: Keeper,
+    passkeys: Passkeys,
+    keep: Option<PathBuf>,
+    /// What became of what was taught last.
+    kept: Option<String>,
     stop: Arc<AtomicBool>,
     end_us: Option<u64>,
     /// Whether the run ends when they are done.
@@ -58,6 +67,8 @@ pub struct Parts {
     pub inputs: Inputs,
     /// The wearable's source.
     pub wearable: Plug,
+    /// The hand tracker, where it is a source of its own.
+    pub tracker: Option<Plug>,
     /// Who looks in a browser.
     pub page: Option<Page>,
     /// The file.
@@ -66,6 +77,10 @@ pub struct Parts {
     pub speaker: Option<Speaker>,
     /// A robot elsewhere.
     pub robot: Option<UdpRobot>,
+    /// Where pairing asks for a passkey.
+    pub passkeys: Passkeys,
+    /// The configuration's file, which keeps what is taught.
+    pub keep: Option<PathBuf>,
     /// Who presses the buttons beside the page.
     pub hands: Option<Box<dyn Hands>>,
     /// Writes what outlives the run.
@@ -96,6 +111,7 @@ impl Real {
             injector: parts.inputs.injector(),
             inputs: parts.inputs,
             wearable: parts.wearable,
+            tracker: parts.tracker,
             page: parts.page,
             recorder: parts.recorder,
             speaker: parts.speaker,
@@ -105,6 +121,9 @@ impl Real {
             acts: VecDeque::new(),
             learnt: Learnt::default(),
             keeper: parts.keeper,
+            passkeys: parts.passkeys,
+            keep: parts.keep,
+            kept: None,
             stop: parts.stop,
             end_us: parts.end_us,
             ends: parts.ends_with_hands,
@@ -117,6 +136,9 @@ impl Real {
     #[must_use]
     pub fn finish(self) -> Left {
         self.wearable.stop();
+        if let Some(tracker) = &self.tracker {
+            tracker.stop();
+        }
         Left {
             hands: self.hands,
             file: self.recorder.map(Recorder::finish),
@@ -133,6 +155,17 @@ impl Real {
             recorder.note(entry);
         }
     }
+}
+
+/// Writes what was taught into the file as it is now: what the command line put in its place for this run stays out of it.
+fn kept(file: &Path, frames: &Frames) -> Result<(), ConfigError> {
+    let config = if file.is_file() {
+        Config::read(file)?
+    } else {
+        Config::default()
+    };
+    let robot = frames.robot.map(|transform| transform.to_stored());
+    config.taught(frames.shoulder, robot).keep(file)
 }
 
 impl World for Real {
@@ -171,6 +204,9 @@ impl World for Real {
     }
 
     fn ask(&mut self, _at_us: u64, request: Request) {
+        if let (Some(tracker), Request::Prompt(_)) = (&self.tracker, &request) {
+            tracker.ask(request.clone());
+        }
         self.wearable.ask(request);
     }
 
@@ -230,12 +266,27 @@ impl World for Real {
         }
     }
 
+    fn taught(&mut self, frames: &Frames) {
+        self.kept = Some(match &self.keep {
+            None => "in use until the program ends: a simulation's are not kept".to_owned(),
+            Some(file) => match kept(file, frames) {
+                Ok(()) => format!("in use, and kept in {}", file.display()),
+                Err(error) => format!("in use until the program ends, and not kept: {error}"),
+            },
+        });
+    }
+
     fn show(&mut self, view: &View) {
         let mut view = view.clone();
         if let Some(hands) = &mut self.hands {
             self.acts.extend(hands.look(&view));
             view.story = hands.text();
         }
+        view.link.passkey = self.passkeys.wanted().map(|wanted| PasskeyView {
+            wanted_by: wanted.by,
+            left_s: wanted.left.as_secs_f64(),
+        });
+        view.teaching.kept.clone_from(&self.kept);
         view.file = self.recorder.as_ref().map(Recorder::state);
         view.calibration.people = self.keeper.names();
         view.messages

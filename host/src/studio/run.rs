@@ -14,7 +14,7 @@ use crate::broadcast::{Speaker, SpeakerError};
 use crate::calibration::Profile;
 use crate::config::Config;
 use crate::library::Library;
-use crate::link::ble::AskPasskey;
+use crate::link::ble::{AskPasskey, Passkeys, passkey};
 use crate::live::{Act, Engine, EngineError, Input, Inputs, Port, SessionClock, View};
 use crate::page::{Page, PageError};
 use crate::recording::{Finished, Opening, ReadError, RecordError, Recorder};
@@ -48,6 +48,8 @@ pub struct Plan {
     pub seed: u64,
     /// A recording in the wearable's place runs so many times as fast as it was.
     pub pace: f64,
+    /// The configuration's file, which keeps what is taught by touching; none in a simulation, whose frames are no real ones.
+    pub keep: Option<PathBuf>,
     /// Asks whoever sits there for the passkey that a wearable shows.
     pub ask_passkey: AskPasskey,
     /// Set from outside to end it.
@@ -127,10 +129,16 @@ pub fn run(
         }));
     }
     let keeper = plan.keeper.clone();
+    let passkeys = Passkeys::new(plan.page);
     let page = plan.page.then(|| {
-        Page::serve(plan.config.page.port, move |act: Act| {
+        let asking = passkeys.clone();
+        let acts = move |act: Act| {
             // A page that acts faster than the engine takes is told by what does not happen.
             let _room = injector.input(Input::Act(looked_up(act, &keeper)));
+        };
+        Page::serve(plan.config.page.port, acts, move |typed| {
+            let given = passkey(typed).and_then(|passkey| asking.give(passkey));
+            given.map_err(|not_taken| not_taken.to_string())
         })
     });
     let page = page.transpose()?;
@@ -138,20 +146,23 @@ pub fn run(
         served(page.url());
     }
     let (port, plug) = inputs.port();
-    let mut sources = vec![start(&plan, port)?];
-    let mut plugs = Vec::new();
+    let mut sources = vec![start(&plan, port, &passkeys)?];
+    let mut tracker = None;
     if has_tracker(&plan.link) {
         let (port, plug) = inputs.port();
         let told = setup::tracker(&plan.config)?;
         sources.push(thread("hand tracker", move || hand::run(&port, told))?);
-        plugs.push(plug);
+        tracker = Some(plug);
     }
     let mut world = Real::new(Parts {
         inputs,
         wearable: plug,
+        tracker,
         page,
         recorder,
         speaker,
+        passkeys,
+        keep: plan.keep,
         robot: setup::controller(&plan.config)?,
         hands: plan.hands,
         keeper: plan.keeper,
@@ -167,9 +178,6 @@ pub fn run(
     });
     let outcome = engine.run(&mut world);
     let Left { hands, file } = world.finish();
-    for plug in &plugs {
-        plug.stop();
-    }
     for source in sources {
         // A source that panicked has nothing more to give; the run is over anyhow.
         let _ended = source.join();
@@ -209,7 +217,7 @@ fn has_tracker(link: &LinkChoice) -> bool {
 }
 
 /// Starts the wearable's source.
-fn start(plan: &Plan, port: Port) -> Result<JoinHandle<()>, RunError> {
+fn start(plan: &Plan, port: Port, passkeys: &Passkeys) -> Result<JoinHandle<()>, RunError> {
     match &plan.link {
         LinkChoice::Simulated => {
             let devices = simulated::SimulatedDevices::new(simulated::SimulatedConfig {
@@ -223,7 +231,7 @@ fn start(plan: &Plan, port: Port) -> Result<JoinHandle<()>, RunError> {
             thread("recording", move || replay::run(reading, pace, &port))
         }
         LinkChoice::Ble(name) => {
-            let (name, ask) = (name.clone(), plan.ask_passkey.clone());
+            let (name, ask) = (name.clone(), passkeys.asker(plan.ask_passkey.clone()));
             thread("wearable", move || wearable::run(&port, name, &ask))
         }
         LinkChoice::Serial(name) => {

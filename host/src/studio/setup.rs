@@ -12,6 +12,7 @@ use crate::live::{Body, BodyError, EngineConfig, simulated};
 use crate::robot::udp::{self, UdpError, UdpRobot};
 use crate::session::SessionConfig;
 use crate::source::LinkChoice;
+use crate::source::simulated::SHOULDER;
 use crate::transform::{Shoulder, ShoulderError, Transform, TransformError};
 use tonus_shared::stiffness::ILLUSTRATIVE;
 
@@ -153,10 +154,10 @@ pub fn controller(config: &Config) -> Result<Option<UdpRobot>, SetupError> {
     }
 }
 
-/// Where the shoulder is in the tracker's frame; none where the tracker looks from it.
+/// Where the shoulder is in the tracker's frame.
 fn shoulder(config: &Config, link: &LinkChoice) -> Result<Option<Shoulder>, SetupError> {
     if *link == LinkChoice::Simulated {
-        return Ok(None);
+        return Ok(Some(SHOULDER));
     }
     if let Some(shoulder) = config.tracker.shoulder {
         shoulder.check()?;

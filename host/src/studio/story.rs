@@ -194,6 +194,9 @@ impl Story {
 
     fn calibrate(&mut self, view: &View) -> Vec<Act> {
         let calibration = &view.calibration;
+        if calibration.waiting {
+            return Vec::new();
+        }
         if calibration.in_use.is_some() && calibration.step.is_none() {
             self.turn(Chapter::Record(0), view.at_us);
             return Vec::new();
@@ -207,7 +210,7 @@ impl Story {
             })],
             Some(_) if !view.link.up => Vec::new(),
             Some(step) if step.measuring => Vec::new(),
-            Some(_) if calibration.result.is_some() => vec![Act::CalibrationUse],
+            Some(step) if step.name == "result" => vec![Act::CalibrationUse],
             Some(step) if step.done => vec![Act::CalibrationNext],
             Some(_) => vec![Act::CalibrationStep],
         }

@@ -5,11 +5,30 @@ use std::rc::Rc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
 use super::hands::Hands;
-use crate::live::{Act, Person, View};
+use crate::live::{Act, CalibrationResult, Person, StepView, View};
 
-/// Enter, as the person presses it.
+/// What the person at the terminal pressed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pressed {
+    /// Enter alone, or behind anything that means nothing here.
+    Enter,
+    /// `b` and Enter: back.
+    Back,
+}
+
+impl From<&str> for Pressed {
+    fn from(line: &str) -> Self {
+        if line.trim().eq_ignore_ascii_case("b") {
+            Self::Back
+        } else {
+            Self::Enter
+        }
+    }
+}
+
+/// Lines, as the person at the terminal ends them.
 #[derive(Debug)]
-pub struct Enter(Option<Receiver<()>>);
+pub struct Enter(Option<Receiver<Pressed>>);
 
 impl Enter {
     /// Waits for lines of the standard input.
@@ -22,9 +41,10 @@ impl Enter {
                 .read_line(&mut line)
                 .is_ok_and(|bytes| bytes > 0)
             {
-                if sender.send(()).is_err() {
+                if sender.send(line.as_str().into()).is_err() {
                     return;
                 }
+                line.clear();
             }
         };
         let started = std::thread::Builder::new()
@@ -39,15 +59,26 @@ impl Enter {
         Self(None)
     }
 
-    /// Whether it was pressed since the last time; `None` when nobody will ever press it again.
-    fn pressed(&mut self) -> Option<bool> {
+    /// Whatever somebody else hears.
+    #[must_use]
+    pub fn of(lines: Receiver<Pressed>) -> Self {
+        Self(Some(lines))
+    }
+
+    /// What was pressed since the last time, if anything; an error when nobody will ever press anything again.
+    fn pressed(&mut self) -> Result<Option<Pressed>, Gone> {
         match self.0.as_ref().map(Receiver::try_recv) {
-            None | Some(Ok(())) => Some(true),
-            Some(Err(TryRecvError::Empty)) => Some(false),
-            Some(Err(TryRecvError::Disconnected)) => None,
+            None => Ok(Some(Pressed::Enter)),
+            Some(Ok(pressed)) => Ok(Some(pressed)),
+            Some(Err(TryRecvError::Empty)) => Ok(None),
+            Some(Err(TryRecvError::Disconnected)) => Err(Gone),
         }
     }
 }
+
+/// Nobody sits at the terminal any more.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Gone;
 
 /// Says lines; `tonus` prints them.
 pub type Say = Box<dyn FnMut(&str)>;
@@ -55,22 +86,18 @@ pub type Say = Box<dyn FnMut(&str)>;
 /// Between two acts, microseconds.
 const THINKS_US: u64 = 300_000;
 
-/// A calibration that has not begun so long after it was asked for will not, microseconds.
-const REFUSED_US: u64 = 2_000_000;
-
-/// So often it is asked for.
-const REFUSALS: u32 = 5;
-
 /// Goes through the calibration step by step.
 pub struct Calibrates {
     person: Person,
     enter: Enter,
     say: Say,
     begun: bool,
+    used: bool,
+    /// Whether the person went back to the step that is shown, though it is measured.
+    back: bool,
     asked: Option<(u32, bool)>,
     acted_us: u64,
     done: bool,
-    refused: u32,
     finished: Rc<Cell<bool>>,
 }
 
@@ -83,10 +110,11 @@ impl Calibrates {
             enter,
             say,
             begun: false,
+            used: false,
+            back: false,
             asked: None,
             acted_us: 0,
             done: false,
-            refused: 0,
             finished: Rc::default(),
         }
     }
@@ -99,60 +127,84 @@ impl Calibrates {
 
     fn act(&mut self, view: &View) -> Option<Act> {
         let calibration = &view.calibration;
-        let Some(step) = &calibration.step else {
-            if self.begun && calibration.in_use.is_some() {
-                self.done = true;
-                self.finished.set(true);
-                return None;
-            }
-            // Refused: the message says why. A wearable tells what must be known within some seconds.
-            if self.begun && view.at_us > self.acted_us + REFUSED_US {
-                self.refused += 1;
-                self.begun = false;
-                self.done = self.refused >= REFUSALS;
-                return None;
-            }
-            let ready = view.link.up && view.semg.is_some() && !self.begun;
-            self.begun |= ready;
-            return ready.then(|| Act::Calibrate(self.person.clone()));
-        };
-        if let Some(result) = &calibration.result {
-            let [a, b, c, d] = result.rest_stiffness_nm_per_rad.map(|k| k.value);
-            (self.say)(&format!(
-                "l1 {:.2} ± {:.2}, l2 {:.2} ± {:.2}, joints {a:.1} {b:.1} {c:.1} {d:.1} N m/rad, the fit leaves {:.1} mm",
-                result.l1.value, result.l1.std, result.l2.value, result.l2.std, result.residual_mm
-            ));
-            return Some(Act::CalibrationUse);
+        if calibration.waiting {
+            return None;
         }
+        let Some(step) = &calibration.step else {
+            if self.begun {
+                // In use, or refused: then a message says why.
+                self.done = true;
+                self.finished.set(self.used);
+                return None;
+            }
+            self.begun = view.link.up && view.semg.is_some();
+            return self.begun.then(|| Act::Calibrate(self.person.clone()));
+        };
         if step.measuring {
             return None;
         }
-        if step.done {
+        let ready = step.name == "result" && calibration.result.is_some();
+        if step.done && !ready && !self.back {
             return Some(Act::CalibrationNext);
         }
         let asked = (step.number, step.problem.is_some());
         if self.asked != Some(asked) {
             self.asked = Some(asked);
-            if let Some(problem) = &step.problem {
-                (self.say)(problem);
-            }
-            (self.say)(&format!(
-                "step {} of {}: {} Enter begins.",
-                step.number, step.of, step.instruction
-            ));
+            (self.say)(&question(step, calibration.result.as_ref()));
         }
-        match self.enter.pressed() {
-            Some(true) => {
-                self.asked = None;
-                Some(Act::CalibrationStep)
+        let act = match self.enter.pressed() {
+            Ok(None) => return None,
+            Ok(Some(Pressed::Back)) if step.number == 1 => return None,
+            Ok(Some(Pressed::Back)) => {
+                self.back = true;
+                Act::CalibrationBack
             }
-            Some(false) => None,
-            None => {
-                self.done = true;
-                Some(Act::CalibrationCancel)
+            Ok(Some(Pressed::Enter)) | Err(Gone) if ready => {
+                self.used = true;
+                Act::CalibrationUse
             }
-        }
+            // There is nothing to begin where everything is measured and yet tells nothing.
+            Ok(Some(Pressed::Enter)) if step.name == "result" => return self.give_up(),
+            Ok(Some(Pressed::Enter)) => {
+                self.back = false;
+                Act::CalibrationStep
+            }
+            Err(Gone) => return self.give_up(),
+        };
+        self.asked = None;
+        Some(act)
     }
+
+    fn give_up(&mut self) -> Option<Act> {
+        self.done = true;
+        Some(Act::CalibrationCancel)
+    }
+}
+
+/// What to do and what to press.
+fn question(step: &StepView, result: Option<&CalibrationResult>) -> String {
+    if let Some(result) = result {
+        let [a, b, c, d] = result.rest_stiffness_nm_per_rad.map(|k| k.value);
+        return format!(
+            "l1 {:.2} ± {:.2}, l2 {:.2} ± {:.2}, joints {a:.1} {b:.1} {c:.1} {d:.1} N m/rad, the fit leaves {:.1} mm. \
+             Enter uses this, b and Enter goes back.",
+            result.l1.value, result.l1.std, result.l2.value, result.l2.std, result.residual_mm
+        );
+    }
+    let problem = (step.problem.as_ref()).map_or(String::new(), |problem| format!("{problem}\n"));
+    let StepView {
+        number,
+        of,
+        instruction,
+        ..
+    } = step;
+    let keys = match (step.name.as_str(), step.done, number) {
+        ("result", ..) => "b and Enter goes back, Enter gives up.",
+        (_, true, _) => "It is measured: Enter measures it again, b and Enter goes back further.",
+        (_, false, 1) => "Enter begins.",
+        (_, false, _) => "Enter begins, b and Enter goes back.",
+    };
+    format!("{problem}step {number} of {of}: {instruction} {keys}")
 }
 
 impl Hands for Calibrates {
@@ -223,7 +275,10 @@ impl Records {
             let over = match self.lasts_us {
                 Some(lasts_us) => view.at_us >= begun_us + lasts_us,
                 // Nobody will press it any more: it is over.
-                None => self.enter.pressed().unwrap_or(true),
+                None => self
+                    .enter
+                    .pressed()
+                    .map_or(true, |pressed| pressed.is_some()),
             };
             if over && view.recording.is_some() {
                 self.begun_us = None;
@@ -246,14 +301,14 @@ impl Records {
             ));
         }
         match self.enter.pressed() {
-            Some(true) => {
+            Ok(Some(_)) => {
                 self.begun_us = Some(view.at_us);
                 Some(Act::Record {
                     label: self.label.clone(),
                 })
             }
-            Some(false) => None,
-            None => {
+            Ok(None) => None,
+            Err(Gone) => {
                 self.done = true;
                 None
             }

@@ -119,6 +119,15 @@ impl Shoulder {
         }
     }
 
+    /// A point of the shoulder's frame, in the tracker's, m: back from [`Self::point_m`].
+    #[must_use]
+    pub fn in_tracker_m(&self, shoulder_m: [f64; 3]) -> [f64; 3] {
+        let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), self.turned_left_rad);
+        let [forward, left, up]: [f64; 3] = (turn * Vector3::from(shoulder_m)).into();
+        let [x, y, z] = self.centre_m;
+        [x - left, y + up, z - forward]
+    }
+
     /// A point of the tracker's frame, in the shoulder's, m.
     #[must_use]
     pub fn point_m(&self, tracker_m: [f64; 3]) -> [f64; 3] {

@@ -27,6 +27,8 @@ const FIT: [(&str, &str, f64); 2] = [
 ];
 /// A measurement, a learning and the way to a decision last so long, seconds.
 const MEASURE_S: f64 = 1.0;
+/// The wearable answers a calibration after so long, seconds.
+const ANSWER_S: f64 = 1.0;
 
 /// A calibration, or the check of the fit.
 #[derive(Default)]
@@ -37,6 +39,10 @@ pub(crate) struct Guided {
     checks_fit: bool,
     /// When the measurement of the step under way began.
     measuring_since_s: Option<f64>,
+    /// When the wearable answers, and whether the person's calibration is in use then.
+    answers: Option<(f64, bool)>,
+    /// So many steps are measured.
+    measured: u32,
 }
 
 impl Guided {
@@ -56,21 +62,27 @@ impl Guided {
         self.view.result = Some(self.result());
     }
 
-    pub(crate) fn begin(&mut self, person: Option<String>, checks_fit: bool) {
+    pub(crate) fn begin(&mut self, person: Option<String>, checks_fit: bool, now_s: f64) {
         self.person = person;
         self.checks_fit = checks_fit;
         self.view.result = None;
         self.view.fit = None;
+        self.measured = 0;
+        self.answers = (!checks_fit).then_some((now_s + ANSWER_S, false));
         self.go_to(1);
     }
 
-    pub(crate) fn start(&mut self, now_s: f64) {
-        self.measuring_since_s = Some(now_s);
+    /// Whether the wearable has answered.
+    pub(crate) fn start(&mut self, now_s: f64) -> bool {
+        let ready = self.answers.is_none();
+        if ready {
+            self.measuring_since_s = Some(now_s);
+        }
+        ready
     }
 
-    pub(crate) fn use_result(&mut self) {
-        self.view.in_use = self.person.take();
-        self.view.step = None;
+    pub(crate) fn use_result(&mut self, now_s: f64) {
+        self.answers = Some((now_s + ANSWER_S, true));
     }
 
     pub(crate) fn cancel(&mut self) {
@@ -86,20 +98,29 @@ impl Guided {
             number,
             of: steps.len() as u32,
             instruction: instruction.into(),
+            done: name == "result" || number <= self.measured,
+            progress: if number <= self.measured { 1.0 } else { 0.0 },
             ..StepView::default()
         });
-        if name == "result" {
-            self.view.result = Some(self.result());
-        }
+        self.view.result = (name == "result").then(|| self.result());
     }
 
-    /// Whether there was a next one.
+    /// Whether there is one before.
+    pub(crate) fn back(&mut self) -> bool {
+        let number = self.view.step.as_ref().map_or(0, |step| step.number);
+        if number > 1 {
+            self.go_to(number - 1);
+        }
+        number > 1
+    }
+
+    /// Whether there was a next one that is not measured.
     pub(crate) fn next_step(&mut self) -> bool {
         let Some(step) = self.view.step.take_if(|step| step.done) else {
             return false;
         };
-        if step.number < step.of {
-            self.go_to(step.number + 1);
+        if self.measured < step.of {
+            self.go_to(self.measured + 1);
             return true;
         }
         let text = "The wearable sits as it did.".into();
@@ -122,6 +143,13 @@ impl Guided {
     }
 
     pub(crate) fn measure(&mut self, now_s: f64) {
+        if let Some((_, in_use)) = self.answers.take_if(|(at_s, _)| *at_s <= now_s)
+            && in_use
+        {
+            self.view.in_use = self.person.take();
+            self.view.step = None;
+        }
+        self.view.waiting = self.answers.is_some();
         let (Some(step), Some(since_s)) = (&mut self.view.step, self.measuring_since_s) else {
             return;
         };
@@ -129,6 +157,7 @@ impl Guided {
         step.done = step.progress >= 1.0;
         step.measuring = !step.done;
         if step.done {
+            self.measured = self.measured.max(step.number);
             self.measuring_since_s = None;
         }
     }

@@ -8,6 +8,7 @@ use tonus::live::{
 
 use crate::calibration::Guided;
 use crate::motion::{self, Muscles};
+use crate::teaching::Taught;
 
 const MUSCLES: [&str; 8] = [
     "biceps short head",
@@ -29,6 +30,7 @@ pub(crate) struct Stand {
     channels: usize,
     now_s: f64,
     calibration: Guided,
+    teaching: Taught,
     recording: Option<(String, f64)>,
     demonstrations: Vec<DemonstrationView>,
     recorded: u32,
@@ -49,6 +51,7 @@ impl Stand {
             channels,
             now_s: 0.0,
             calibration: Guided::new(channels),
+            teaching: Taught::default(),
             recording: None,
             demonstrations: Vec::new(),
             recorded: 0,
@@ -64,20 +67,34 @@ impl Stand {
 
     pub(crate) fn act(&mut self, act: Act) {
         match act {
-            Act::Calibrate(person) => self.calibration.begin(Some(person.name), false),
+            Act::Calibrate(person) => self.calibration.begin(Some(person.name), false, self.now_s),
             Act::Recall { name, .. } => self.calibration.recall(name),
-            Act::CheckFit => self.calibration.begin(None, true),
-            Act::CalibrationStep => self.calibration.start(self.now_s),
+            Act::CheckFit => self.calibration.begin(None, true, self.now_s),
+            Act::CalibrationStep => {
+                if !self.calibration.start(self.now_s) {
+                    self.tell(true, "wait until the wearable has answered");
+                }
+            }
             Act::CalibrationNext => {
                 if !self.calibration.next_step() {
                     self.tell(true, "This step is not measured yet.");
                 }
             }
+            Act::CalibrationBack => {
+                if !self.calibration.back() {
+                    self.tell(true, "this is the first step");
+                }
+            }
             Act::CalibrationUse => {
-                self.calibration.use_result();
+                self.calibration.use_result(self.now_s);
                 self.tell(false, "The calibration is in use and kept on the wearable.");
             }
             Act::CalibrationCancel => self.calibration.cancel(),
+            Act::TeachShoulder
+            | Act::TeachPoint { .. }
+            | Act::TeachRemove { .. }
+            | Act::TeachUse
+            | Act::TeachCancel => self.teaching.act(&act, self.now_s),
             Act::Record { label } => self.recording = Some((label, self.now_s)),
             Act::Stop => self.stop(),
             Act::Trim { id, from_s, to_s } => {
@@ -175,6 +192,7 @@ impl Stand {
     pub(crate) fn view(&mut self, at_us: u64) -> View {
         self.now_s = at_us as f64 / 1e6;
         self.calibration.measure(self.now_s);
+        self.teaching.look(self.now_s);
         self.learn();
         let effort = self.calibration.effort();
         let (number, share) = motion::phase(self.now_s);
@@ -194,7 +212,7 @@ impl Stand {
                 up: true,
                 text: "simulated tracker, 110 pictures a second".into(),
                 age_ms: Some(9.0),
-                taught: true,
+                taught: self.teaching.view.kept.is_some(),
             },
             semg: Some(self.semg(effort)),
             trace: self.muscles.trace(at_us, effort, self.sends_raw),
@@ -204,6 +222,7 @@ impl Stand {
                 in_robot_m: None,
             }),
             calibration: self.calibration.view.clone(),
+            teaching: self.teaching.view.clone(),
             recording: self
                 .recording
                 .as_ref()

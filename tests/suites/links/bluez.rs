@@ -13,7 +13,7 @@ use dbus::arg::messageitem::MessageItem;
 use dbus::channel::Channel;
 use dbus::strings::Path;
 use tonus::link::ble::agent::{Device, pair_on};
-use tonus::link::ble::{AskPasskey, BleError};
+use tonus::link::ble::{AskPasskey, BleError, Passkeys, passkey};
 
 const DEVICE: &str = "/org/bluez/hci0/dev_C7_0A_70_5E_00_01";
 const PASSKEY: u32 = 48_213;
@@ -181,6 +181,27 @@ fn the_digits_that_a_person_types_are_what_bluez_gets() {
     assert_eq!(bus.pair(Some(PASSKEY + 1)), Err(BleError::WrongPasskey));
     assert_eq!(bus.pair(None), Err(BleError::NoPasskey));
     assert_eq!(bus.pair(Some(PASSKEY)), Ok(()), "and again");
+}
+
+#[test]
+fn the_page_gives_the_digits_where_nobody_sits_at_the_terminal() {
+    let bus = Bus::with(Behaviour::Shows);
+    let device = Device {
+        path: DEVICE.to_owned(),
+        name: "Tonus".to_owned(),
+    };
+    let passkeys = Passkeys::new(true);
+    let ask = passkeys.asker(Arc::new(|_| None));
+    let (typed, from) = (format!("{PASSKEY:06}"), passkeys.clone());
+    let page = std::thread::spawn(move || {
+        while from.wanted().is_none_or(|wanted| wanted.by != "Tonus") {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        from.give(passkey(&typed).unwrap())
+    });
+    assert_eq!(pair_on(&bus.address, &device, &ask), Ok(()));
+    assert_eq!(page.join().unwrap(), Ok(()));
+    assert_eq!(passkeys.wanted(), None);
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::net::TcpListener;
 use std::time::{Duration, Instant};
 
 use tonus::leap::{Backoff, Config, Origin, Service, Side, Wanted};
-use tonus::live::{Input, Inputs, SessionClock, TrackerEvent};
+use tonus::live::{Input, Inputs, Prompt, Request, SessionClock, TrackerEvent};
 use tonus::source::hand;
 use tungstenite::{Message, accept};
 
@@ -104,4 +104,47 @@ fn a_library_that_is_not_there_is_told_with_what_to_do() {
     }
     plug.stop();
     running.join().unwrap();
+}
+
+#[test]
+fn the_other_hand_is_followed_while_it_touches_the_shoulder() {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let config = Config {
+        origin: Origin::Service(Service {
+            host: "127.0.0.1".to_owned(),
+            port: listener.local_addr().unwrap().port(),
+        }),
+        wanted: Wanted::Only(Side::Right),
+        transport_us: 0,
+        backoff: Backoff::default(),
+    };
+    let service = std::thread::spawn(move || {
+        let (stream, _) = listener.accept().unwrap();
+        let mut socket = accept(stream).unwrap();
+        socket.send(Message::text(r#"{"version":6}"#)).unwrap();
+        let began = Instant::now();
+        for k in 0..1_000_u32 {
+            std::thread::sleep((Duration::from_millis(9) * k).saturating_sub(began.elapsed()));
+            let text = format!(
+                r#"{{"id":{k},"timestamp":{},"hands":[{{"id":1,"type":"right","palmPosition":[100,200,0]}},{{"id":2,"type":"left","palmPosition":[-100,200,0]}}]}}"#,
+                1_000_000 + u64::from(k) * 9_000
+            );
+            if socket.send(Message::text(text)).is_err() {
+                return;
+            }
+        }
+    });
+    let inputs = Inputs::new(SessionClock::start());
+    std::thread::sleep(Duration::from_millis(300));
+    let (port, plug) = inputs.port();
+    let running = std::thread::spawn(move || hand::run(&port, config));
+    let at = |x: f64| move |input: &Input| matches!(input, Input::Hand(Some(seen)) if (seen.position_m[0] - x).abs() < 1e-9);
+    until(&inputs, at(0.1));
+    plug.ask(Request::Prompt(Prompt::TouchShoulder));
+    until(&inputs, at(-0.1));
+    plug.ask(Request::Prompt(Prompt::Rest));
+    until(&inputs, at(0.1));
+    plug.stop();
+    running.join().unwrap();
+    service.join().unwrap();
 }

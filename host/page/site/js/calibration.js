@@ -7,6 +7,9 @@ import { act } from "./program.js";
 
 /** Whose calibration was in use: the form opens and folds when that changes, and when somebody wants. */
 let inUse;
+/** Whether the result was there to be used. */
+let wasResult = false;
+const WAITING = "Waiting for the wearable …";
 const JOINTS = ["shoulder flexion", "shoulder sideways", "upper arm turn", "elbow flexion"];
 
 export function setUpCalibration() {
@@ -22,6 +25,8 @@ export function setUpCalibration() {
   });
   at("calibration-step-go").addEventListener("click", () => act("calibration_step"));
   at("calibration-next").addEventListener("click", () => act("calibration_next"));
+  at("calibration-back").addEventListener("click", () => act("calibration_back"));
+  at("calibration-again").addEventListener("click", () => act("calibration_step"));
   at("calibration-use").addEventListener("click", () => act("calibration_use"));
   at("calibration-cancel").addEventListener("click", () => act("calibration_cancel"));
   at("check-fit").addEventListener("click", () => act("check_fit"));
@@ -37,14 +42,23 @@ export function calibration(view) {
   show(at("calibration-step"), Boolean(step));
   show(at("calibration-buttons"), Boolean(step));
   show(at("fit-check"), !step && it.in_use !== null);
-  if (step) stepUnderWay(step);
+  enable(at("calibrate"), !it.waiting);
+  say(at("calibrate"), it.waiting ? WAITING : "Begin calibration");
+  enable(at("check-fit"), !it.waiting);
+  if (step) stepUnderWay(step, it.waiting);
   const atResult = step?.name === "result";
-  show(at("result"), Boolean(it.result) && (atResult || !step));
-  if (it.result) result(it.result, view.semg?.channels ?? []);
+  // At the end of a calibration what was found is read; of the one in use it is there to be looked up.
+  const found = Boolean(it.result) && (atResult || !step);
+  show(at("found"), found);
+  show(at("found-head"), !step);
+  if (atResult) at("found").open = true;
+  else if (wasResult) at("found").open = false;
+  wasResult = atResult;
+  if (found) result(it.result, view.semg?.channels ?? []);
   fit(step ? null : it.fit);
 }
 
-function stepUnderWay(step) {
+function stepUnderWay(step, waiting) {
   const atResult = step.name === "result";
   children(at("step-dots"), step.of, () => make("li")).forEach((dot, i) => {
     attribute(dot, "data-state", i + 1 < step.number ? "past" : i + 1 === step.number ? "now" : "ahead");
@@ -53,14 +67,18 @@ function stepUnderWay(step) {
   say(at("step-instruction"), step.instruction);
   at("step-progress").set(step.progress, `${number(100 * step.progress)} %`, { kind: step.done ? "good" : "person" });
   show(at("step-progress"), !atResult);
-  say(at("step-status"), status(step));
+  say(at("step-status"), waiting ? WAITING : status(step));
   sayIfAny(at("step-problem"), step.problem);
   const go = at("calibration-step-go");
   show(go, !atResult && !step.done);
   say(go, step.problem ? "Do it again" : step.measuring ? "Measuring …" : "Start");
-  enable(go, !step.measuring);
+  enable(go, !step.measuring && !waiting);
   show(at("calibration-next"), !atResult && step.done);
+  show(at("calibration-again"), !atResult && step.done);
+  enable(at("calibration-again"), !waiting);
+  enable(at("calibration-back"), step.number > 1 && !waiting);
   show(at("calibration-use"), atResult);
+  enable(at("calibration-use"), step.done && !waiting);
   announce(`Step ${step.number} of ${step.of}. ${step.instruction}`, { topic: "step" });
 }
 

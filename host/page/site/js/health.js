@@ -1,8 +1,9 @@
 // How link, clock, tracker, latency and recording fare; and the devices of the first step.
 
 import { announce } from "./announce.js";
-import { at, children, facts, make, number, say } from "./dom.js";
+import { at, children, facts, make, number, say, show } from "./dom.js";
 import { lamp } from "./muscles.js";
+import { givePasskey } from "./program.js";
 
 /** A scan that is older holds the robot, ms (the gate's first limit). */
 const LATE_MS = 60;
@@ -38,6 +39,27 @@ function device(row, state, title, text, more) {
   say(warnings, more);
 }
 
+export function setUpConnect() {
+  at("passkey-form").addEventListener("submit", (event) => {
+    event.preventDefault();
+    givePasskey(at("passkey").value);
+    at("passkey").value = "";
+  });
+}
+
+/** The passkey that a wearable shows and pairing waits for. */
+function passkey(wanted) {
+  const news = Boolean(wanted) && at("passkey-form").hidden;
+  show(at("passkey-form"), Boolean(wanted));
+  if (!wanted) {
+    at("passkey").value = "";
+    return;
+  }
+  say(at("passkey-what"), `Six digits that ${wanted.wanted_by} shows, ${number(Math.ceil(wanted.left_s))} s left`);
+  if (!news) return;
+  announce(`${wanted.wanted_by} shows a passkey: type its six digits in the step Connect.`, { topic: "passkey", urgent: true });
+}
+
 /** The step "Connect": each device, how it is, what to do. */
 export function connect(view) {
   const { link, tracker, robot, file } = view;
@@ -51,9 +73,10 @@ export function connect(view) {
   const warned = link.warnings.length > 0;
   device(rows[0], !link.up ? "bad" : warned ? "warn" : "good", `Wearable (${link.link || "none"})`, link.text, details.join(" · "));
   device(rows[1], !tracker.up ? "bad" : tracker.age_ms === null ? "warn" : "good", "Hand tracker", tracker.text,
-    tracker.taught ? "shares a frame with the robot" : "shares no frame with the robot yet: three points teach it");
+    tracker.taught ? "shares a frame with the robot" : "shares no frame with the robot yet: teach it below by touching three points");
   device(rows[2], robot.robot ? "good" : "off", `Robot (${robot.robot || "none"})`, robot.reason, "");
   device(rows[3], file ? (file.problem ? "bad" : "good") : "off", "Recording", file ? file.problem ?? name(file.path) : "This run is not recorded.", "");
   rows[3].title = file?.path ?? "";
-  say(at("connect-next"), link.up && tracker.up ? "All are there. Next: Calibrate." : "Waiting for what is red; each line says what to do.");
+  passkey(link.passkey);
+  say(at("connect-next"), link.passkey ? "The wearable pairs with whoever knows its passkey: here or at the terminal." : link.up && tracker.up ? "All are there. Next: Calibrate." : "Waiting for what is red; each line says what to do.");
 }

@@ -3,7 +3,7 @@
 import { announce } from "./announce.js";
 import { calibration, setUpCalibration } from "./calibration.js";
 import { at, flag, say, show } from "./dom.js";
-import { connect as connectStep, health } from "./health.js";
+import { connect as connectStep, health, setUpConnect } from "./health.js";
 import { messages, refused } from "./messages.js";
 import { muscles } from "./muscles.js";
 import { people, setUpPeople } from "./people.js";
@@ -13,6 +13,7 @@ import { record, setUpRecord } from "./record.js";
 import { follow, robot, setUpRobot } from "./robot.js";
 import { setUpSignals, signals } from "./signals.js";
 import { space } from "./space.js";
+import { setUpTeach, teach } from "./teach.js";
 import { setUpTrain, train } from "./train.js";
 import { setUpWork, work } from "./work.js";
 
@@ -36,12 +37,14 @@ function setUpTheme() {
   tell();
 }
 
-const PARTS = [work, robot, follow, muscles, signals, space, recognition, health, connectStep, calibration, people, record, train, messages];
+const PARTS = [work, robot, follow, muscles, signals, space, recognition, health, connectStep, teach, calibration, people, record, train, messages];
 
 setUpTheme();
 setUpWork();
 setUpRobot();
 setUpSignals();
+setUpConnect();
+setUpTeach();
 setUpCalibration();
 setUpPeople();
 setUpRecord();

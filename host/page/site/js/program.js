@@ -35,6 +35,13 @@ export function act(name, details = {}) {
   return true;
 }
 
+/** Gives what somebody typed for a passkey to whoever asks: it is no act, and kept nowhere. */
+export function givePasskey(passkey) {
+  if (socket?.readyState !== WebSocket.OPEN) return;
+  tell("refused", "");
+  socket.send(JSON.stringify({ passkey }));
+}
+
 /** Connects, and connects again whenever that ends. */
 export function connect() {
   const token = readToken();

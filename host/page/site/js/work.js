@@ -4,6 +4,8 @@ import { at, attribute, say } from "./dom.js";
 
 const STEPS = ["connect", "calibrate", "record", "train", "follow"];
 let chosen = null;
+/** Whether a passkey was wanted: the step with its field is shown when that begins. */
+let pairing = false;
 
 export function setUpWork() {
   for (const step of STEPS) at(`step-${step}`).addEventListener("click", () => choose(step));
@@ -28,6 +30,8 @@ export function work(view) {
     follow: view.robot.state !== "disarmed",
   };
   if (chosen === null) choose(view.calibration.step ? "calibrate" : STEPS.find((step) => !done[step]) ?? "follow");
+  if (view.link.passkey && !pairing) choose("connect");
+  pairing = Boolean(view.link.passkey);
   STEPS.forEach((step, i) => {
     const button = at(`step-${step}`);
     attribute(button, "data-done", String(done[step]));

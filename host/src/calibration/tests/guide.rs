@@ -1,17 +1,17 @@
 use super::*;
 
-type Spoil = fn(f64, &mut [f64; 4], &mut [bool; 4], &mut Option<[f64; 3]>);
+pub(super) type Spoil = fn(f64, &mut [f64; 4], &mut [bool; 4], &mut Option<[f64; 3]>);
 
-const NOTHING: Spoil = |_, _, _, _| {};
+pub(super) const NOTHING: Spoil = |_, _, _, _| {};
 
-fn begin() -> Guide {
+pub(super) fn begin() -> Guide {
     Guide::begin(&person(), &MUSCLES, 1000.0, 7).unwrap()
 }
 
 /// Measures the step that is shown.
-fn measure(guide: &mut Guide, person: &mut Simulated, spoil: Spoil) {
-    let task = guide.task();
+pub(super) fn measure(guide: &mut Guide, person: &mut Simulated, spoil: Spoil) {
     guide.start();
+    let task = guide.task();
     assert!(guide.view().measuring);
     person.give(
         7.0,

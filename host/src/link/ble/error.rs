@@ -3,6 +3,7 @@
 use thiserror::Error;
 use tonus_shared::wire::MIN_ATT_MTU;
 
+use super::passkey::LIMIT as PASSKEY_WITHIN;
 use super::wearable::{INTERVAL_LIMIT_US, SCAN};
 
 /// Why there is no link, or none any more.
@@ -69,7 +70,10 @@ pub enum BleError {
         reason: String,
     },
     /// Nobody gave six digits.
-    #[error("no passkey was given: type the six digits that the wearable's log shows")]
+    #[error(
+        "no passkey was given: press the wearable's pairing button, and type the six digits that its log shows within {} s, on the page or at the terminal",
+        PASSKEY_WITHIN.as_secs()
+    )]
     NoPasskey,
     /// The wearable does not take the digits.
     #[error(

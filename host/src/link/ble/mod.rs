@@ -8,10 +8,12 @@
 #[cfg(target_os = "linux")]
 pub mod agent;
 mod error;
+mod passkey;
 pub mod platform;
 mod wearable;
 
 pub use error::BleError;
+pub use passkey::{LIMIT as PASSKEY_WITHIN, NotTaken, Passkeys, Wanted as WantedPasskey, passkey};
 pub use wearable::{NOTIFYING, Place, Wanted, check, find, open, place};
 
 use std::sync::Arc;
