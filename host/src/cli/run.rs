@@ -98,7 +98,8 @@ impl RunArgs {
         Self {
             link: Some(LinkChoice::Simulated),
             leap: None,
-            robot: None,
+            // Whatever the configuration names: nobody is there who could arm it.
+            robot: Some("simulated".to_owned()),
             config: None,
             demonstrations: Vec::new(),
             model: None,
@@ -135,6 +136,11 @@ impl RunArgs {
         if self.story && !simulated {
             bail!(super::UsageError(
                 "only a simulated person tells the story: --story needs --link sim"
+            ));
+        }
+        if self.story && config.robot.to != "simulated" {
+            bail!(super::UsageError(
+                "a simulated person arms no real robot: --story needs --robot simulated"
             ));
         }
         let record = match (&self.record, self.no_record || simulated) {

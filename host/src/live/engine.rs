@@ -59,6 +59,8 @@ pub trait World {
     fn measured(&mut self, profile: &Profile);
     /// A command was made, before the gate.
     fn commanded(&mut self, at_us: u64, command: &Command);
+    /// The gate took the command; it may follow it.
+    fn accepted(&mut self, _command: &Command) {}
     /// What the robot is told now, behind the gate.
     fn set(&mut self, at_us: u64, setpoint: &Setpoint, state: State);
     /// Somebody taught where shoulder or robot are; the engine uses it already.
@@ -171,11 +173,20 @@ impl Engine {
         })
     }
 
-    /// Takes inputs until there are no more; the robot is disarmed then.
+    /// Takes inputs until there are no more, or a library cannot be followed; the robot is disarmed then, and told so.
     ///
     /// # Errors
     /// A library that cannot be followed.
     pub fn run(&mut self, world: &mut impl World) -> Result<(), EngineError> {
+        let outcome = self.sessions(world);
+        self.follow.disarm();
+        let setpoint = self.follow.gate.tick(self.now_us);
+        world.set(self.now_us, &setpoint, self.follow.gate.state());
+        outcome
+    }
+
+    /// One session after the other.
+    fn sessions(&mut self, world: &mut impl World) -> Result<(), EngineError> {
         loop {
             let library = self.library.clone();
             let next = match library.as_deref() {
@@ -189,15 +200,8 @@ impl Engine {
                     self.feed(Some(session.watching(&library.gate)?), world)
                 }
             };
-            match next {
-                Next::Library => {}
-                Next::End => {
-                    // The robot is left held, and told so.
-                    self.follow.disarm();
-                    let setpoint = self.follow.gate.tick(self.now_us);
-                    world.set(self.now_us, &setpoint, self.follow.gate.state());
-                    return Ok(());
-                }
+            if matches!(next, Next::End) {
+                return Ok(());
             }
         }
     }
@@ -298,7 +302,9 @@ impl Engine {
                 let command = self.seen(command, session);
                 self.latencies.add(now_us.saturating_sub(acquired_us));
                 world.commanded(now_us, &command);
-                self.follow.offer(&command, now_us);
+                if self.follow.offer(&command, now_us) {
+                    world.accepted(&command);
+                }
             }
             Ok(None) => {}
             Err(error) => self.tell(true, error.to_string()),

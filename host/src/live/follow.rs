@@ -11,6 +11,9 @@ const PERIOD_US: u64 = 1_000;
 const PERIOD_S: f64 = 1e-3;
 /// After a longer stall (a computer that slept) the robot is not simulated through it, microseconds: its time stood still.
 const LONGEST_STALL_US: u64 = 60_000_000;
+/// A robot elsewhere was not told anything in a stall: making up for it would be a jump. From this on, microseconds, a stall
+/// counts as one period of the gate, which knows how long that may be.
+const LONGEST_GAP_US: u64 = 5_000;
 /// A real robot that has not told where it is for so long is nowhere, microseconds.
 const TELLS_WITHIN_US: u64 = 500_000;
 
@@ -56,8 +59,15 @@ impl Follow {
         if due_us <= self.stepped_us {
             return false;
         }
-        if due_us - self.stepped_us > LONGEST_STALL_US {
+        let longest_us = match self.body {
+            Body::Simulated(_) => LONGEST_STALL_US,
+            Body::External => LONGEST_GAP_US,
+        };
+        if due_us - self.stepped_us > longest_us {
             self.stepped_us = due_us - PERIOD_US;
+        }
+        if matches!(self.body, Body::External) && self.position_m(now_us).is_none() {
+            self.gate.lose_robot();
         }
         while self.stepped_us < due_us {
             self.stepped_us += PERIOD_US;
@@ -77,6 +87,9 @@ impl Follow {
     /// An external robot tells where it is.
     pub(super) fn told(&mut self, at_us: u64, position_m: [f64; 3]) {
         self.told = Some((at_us, position_m));
+        if matches!(self.body, Body::External) {
+            self.gate.rests_at(position_m);
+        }
     }
 
     /// Where its hand is; none where it does not tell.
@@ -98,11 +111,13 @@ impl Follow {
         }
     }
 
-    /// Takes a command; the gate counts what it refuses.
-    pub(super) fn offer(&mut self, command: &Command, now_us: u64) {
-        if self.gate.offer(command, now_us).is_ok() {
+    /// Takes a command, or not; the gate counts what it refuses.
+    pub(super) fn offer(&mut self, command: &Command, now_us: u64) -> bool {
+        let taken = self.gate.offer(command, now_us).is_ok();
+        if taken {
             self.newest = Some(*command);
         }
+        taken
     }
 
     /// A person arms.
@@ -135,6 +150,7 @@ impl Follow {
                     Cause::Stale => "the evidence became older than 0.5 s",
                     Cause::Disconnected => "the wearable's link was lost",
                     Cause::OtherBoot => "the wearable restarted",
+                    Cause::RobotSilent => "the robot does not tell where it is any more",
                 };
                 ("disarmed", reason)
             }

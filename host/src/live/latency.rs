@@ -9,13 +9,14 @@ const KEPT: usize = 3_000;
 
 /// The newest ages.
 #[derive(Debug, Default)]
-pub(super) struct Latencies {
+pub struct Latencies {
     newest_us: VecDeque<u64>,
     count: u64,
 }
 
 impl Latencies {
-    pub(super) fn add(&mut self, age_us: u64) {
+    /// Another one, microseconds.
+    pub fn add(&mut self, age_us: u64) {
         if self.newest_us.len() >= KEPT {
             self.newest_us.pop_front();
         }
@@ -23,7 +24,9 @@ impl Latencies {
         self.count += 1;
     }
 
-    pub(super) fn view(&self) -> Option<LatencyView> {
+    /// Their quantiles; none before the first.
+    #[must_use]
+    pub fn view(&self) -> Option<LatencyView> {
         let mut sorted: Vec<u64> = self.newest_us.iter().copied().collect();
         sorted.sort_unstable();
         let at = |percent: usize| {

@@ -23,6 +23,7 @@ pub use acts::LearnJob;
 pub use config::EngineConfig;
 pub use engine::{Engine, EngineError, World};
 pub use follow::{Body, BodyError, simulated};
+pub use latency::Latencies;
 
 pub use crate::calibration::{CalibrationResult, Estimate, Person, Profile, StepView};
 pub use input::{Act, HandSeen, Input, LinkEvent, RobotSeen, Timed, TrackerEvent};

@@ -1,6 +1,7 @@
 //! The socket that a source plugs into: inputs in, requests out, one clock.
 //!
-//! Both ways are bounded. A full queue of inputs drops the new one and counts it: the engine is late then, and age tells.
+//! Both ways are bounded. A full queue of inputs drops the new one and counts it: the engine is late then, and what it takes
+//! counts from when it takes it. Only what a link says of itself waits for room.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -165,7 +166,15 @@ impl Port {
 
     /// Something happened at this session time.
     pub fn input_at(&self, at_us: u64, input: Input) {
-        match self.inputs.try_send(Timed { at_us, input }) {
+        let timed = Timed { at_us, input };
+        if matches!(timed.input, Input::Link(_)) {
+            // A link that was lost must not be thought to be there.
+            if self.inputs.send(timed).is_err() {
+                self.shared.stopping.store(true, Ordering::Relaxed);
+            }
+            return;
+        }
+        match self.inputs.try_send(timed) {
             Ok(()) => {}
             Err(TrySendError::Full(_)) => {
                 self.shared.dropped_inputs.fetch_add(1, Ordering::Relaxed);

@@ -65,14 +65,14 @@ pub struct Page {
 
 impl Page {
     /// Serves the page on 127.0.0.1 at this port, or at a free one if it is taken or zero. `acts` is called on the page's
-    /// thread with what people do and must not wait; neither may `passkey`, which is given what they typed in its field and says
-    /// why that is not taken. It is no act, so that no recording holds it.
+    /// thread with what people do, says why it is not taken, and must not wait; neither may `passkey`, which is given what they typed in
+    /// its field. It is no act, so that no recording holds it.
     ///
     /// # Errors
     /// [`PageError`]: no port, no random numbers, no thread.
     pub fn serve(
         port: u16,
-        acts: impl Fn(Act) + Send + Sync + 'static,
+        acts: impl Fn(Act) -> Result<(), String> + Send + Sync + 'static,
         passkey: impl Fn(&str) -> Result<(), String> + Send + Sync + 'static,
     ) -> Result<Self, PageError> {
         let (listener, address) =

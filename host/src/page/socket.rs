@@ -29,7 +29,7 @@ type TakePasskey = dyn Fn(&str) -> Result<(), String> + Send + Sync;
 /// Who takes what people do.
 #[derive(Clone)]
 pub(super) struct Takers {
-    pub(super) acts: Arc<dyn Fn(Act) + Send + Sync>,
+    pub(super) acts: Arc<dyn Fn(Act) -> Result<(), String> + Send + Sync>,
     pub(super) passkey: Arc<TakePasskey>,
 }
 
@@ -82,7 +82,7 @@ async fn listen(
         };
         let taken = understood.and_then(|said| {
             match said {
-                Said::Act(act) => (takers.acts)(act),
+                Said::Act(act) => (takers.acts)(act)?,
                 Said::Passkey(typed) => (takers.passkey)(&typed)?,
                 Said::Seen(number) => seen.store(number, Ordering::Relaxed),
             }

@@ -16,7 +16,12 @@ const PATIENCE: Duration = Duration::from_secs(10);
 
 fn page() -> (Page, Receiver<Act>) {
     let (sender, acts) = channel();
-    let page = Page::serve(0, move |act| drop(sender.send(act)), |_| Ok(())).unwrap();
+    let page = Page::serve(
+        0,
+        move |act| sender.send(act).map_err(|_| "nobody takes it".to_owned()),
+        |_| Ok(()),
+    )
+    .unwrap();
     (page, acts)
 }
 
@@ -206,7 +211,7 @@ fn views_and_acts_need_the_token() {
 fn two_pages_have_two_ports_and_two_tokens() {
     let (one, _acts) = page();
     let port = parts(&one).0.rsplit_once(':').unwrap().1.parse().unwrap();
-    let other = Page::serve(port, |_| {}, |_| Ok(())).unwrap();
+    let other = Page::serve(port, |_| Ok(()), |_| Ok(())).unwrap();
     assert_ne!(parts(&one).0, parts(&other).0);
     assert_ne!(parts(&one).1, parts(&other).1);
     assert_eq!(parts(&one).1.len(), 32);

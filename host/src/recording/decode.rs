@@ -177,6 +177,7 @@ fn state(value: &Value) -> Result<State, String> {
         "disarmed_stale" => State::Disarmed(Cause::Stale),
         "disarmed_disconnected" => State::Disarmed(Cause::Disconnected),
         "disarmed_other_boot" => State::Disarmed(Cause::OtherBoot),
+        "disarmed_robot_silent" => State::Disarmed(Cause::RobotSilent),
         "following" => State::Following,
         "holding" => State::Holding,
         "falling_back" => State::FallingBack,

@@ -125,6 +125,7 @@ fn setpoint_value(setpoint: &Setpoint, state: State) -> Value {
             State::Disarmed(Cause::Stale) => "disarmed_stale",
             State::Disarmed(Cause::Disconnected) => "disarmed_disconnected",
             State::Disarmed(Cause::OtherBoot) => "disarmed_other_boot",
+            State::Disarmed(Cause::RobotSilent) => "disarmed_robot_silent",
             State::Following => "following",
             State::Holding => "holding",
             State::FallingBack => "falling_back",

@@ -9,12 +9,13 @@
 //! | `Following` | age <= 60 ms, not past `valid_until_us`, quality good | towards the command, within speed, workspace, stiffness and rate limits |
 //! | `Holding` | age 60 to 100 ms, or past `valid_until_us`, or quality not good | position, stiffness and damping stay as they are, velocity zero |
 //! | `FallingBack` | age over 100 ms, or no followable command for 1 s | position stays, stiffness ramps to the configured fallback |
-//! | `Disarmed` | start, age over 500 ms, disconnect, another boot id, or a person | as `FallingBack`, and commands change nothing |
+//! | `Disarmed` | start, age over 500 ms, disconnect, another boot id, a robot that went silent, or a person | as `FallingBack`, and commands change nothing |
 //!
 //! Every armed state passes to every other as the newest command's age and quality say, so a late
 //! packet ends a hold. From `Disarmed` only [`Gate::arm`], a person's act, leads out: packets and
 //! reconnections never do. While disarmed the robot keeps a position softly rather than going limp:
-//! zero stiffness could drop a load.
+//! zero stiffness could drop a load. Before a person armed it for the first time it has no business with the robot at all: a
+//! robot that tells where it is is told to be there ([`Gate::rests_at`]).
 
 use super::command::{Command, CommandError, Quality};
 use super::limits::{ConfigError, Fallback, Limits, Setpoint};
@@ -48,6 +49,8 @@ pub enum Cause {
     Disconnected,
     /// Commands from another boot of the wearable arrived.
     OtherBoot,
+    /// The robot does not tell where it is any more.
+    RobotSilent,
 }
 
 /// The gate's state: see the table above.
@@ -221,6 +224,22 @@ impl Gate {
         self.ticked_us = self.now_us;
         self.state = State::Following;
         Ok(())
+    }
+
+    /// Before anybody armed it, a robot that measures itself at `measured_m` (metres) is to be there, not where it was thought
+    /// to be; later, and outside the workspace, nothing changes.
+    pub fn rests_at(&mut self, measured_m: [f64; 3]) {
+        let inside = self.limits.inside(&measured_m) == measured_m;
+        if inside && self.state == State::Disarmed(Cause::Start) {
+            self.setpoint.position_m = measured_m;
+        }
+    }
+
+    /// An armed robot does not tell where it is any more: disarm.
+    pub fn lose_robot(&mut self) {
+        if !matches!(self.state, State::Disarmed(_)) {
+            self.trip(Cause::RobotSilent);
+        }
     }
 
     /// Whether a command is at hand that [`Gate::arm`] would take; where the robot is decides too.

@@ -1,7 +1,7 @@
 //! Set-points as JSON datagrams to a person's own controller, and what it says of itself.
 //!
 //! ```text
-//! Gate --Setpoint (1 kHz)--> UdpRobot --{"version":1,...} (100 Hz)--> controller
+//! Gate --Setpoint (1 kHz)--> UdpRobot --{"version":1,...} (200 Hz)--> controller
 //!                            UdpRobot <--{"version":1,"position_m":...}-- controller, to where the commands came from
 //! ```
 //!
@@ -18,7 +18,7 @@ use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
 use serde::{Deserialize, Serialize};
 
 use super::command::{Command, Quality};
-use super::gate::State;
+use super::gate::{Cause, State};
 use super::limits::Setpoint;
 
 /// Version of both datagrams.
@@ -140,6 +140,9 @@ pub struct UdpRobot {
     to: SocketAddr,
     period_us: u64,
     next_us: u64,
+    /// The state that was told last.
+    told: Option<State>,
+    last: Option<SetpointDatagram>,
     counts: UdpCounts,
 }
 
@@ -191,12 +194,14 @@ impl UdpRobot {
             to,
             period_us,
             next_us: 0,
+            told: None,
+            last: None,
             counts: UdpCounts::default(),
         })
     }
 
-    /// Sends what the gate gave at `now_us` (session time), if it is time for the next one. `newest` is the newest command
-    /// that the gate took.
+    /// Sends what the gate gave at `now_us` (session time), if it is time for the next one, or at once if the state is another.
+    /// `newest` is the newest command that the gate took.
     pub fn send(
         &mut self,
         setpoint: &Setpoint,
@@ -204,20 +209,39 @@ impl UdpRobot {
         newest: Option<&Command>,
         now_us: u64,
     ) {
-        if now_us < self.next_us {
+        if now_us < self.next_us && self.told == Some(state) {
             return;
         }
+        self.told = Some(state);
         // In step with the clock, but after a stall not in a burst.
         self.next_us = (self.next_us + self.period_us).max(now_us + self.period_us / 2);
         let sequence = self.counts.sent + self.counts.dropped;
         let datagram = datagram(setpoint, state, newest, sequence, now_us);
-        let sent = serde_json::to_vec(&datagram)
+        let sent = serde_json::to_vec(&datagram);
+        self.last = Some(datagram);
+        let sent = sent
             .map_err(std::io::Error::from)
             .and_then(|bytes| self.socket.send_to(&bytes, self.to));
         match sent {
             Ok(_) => self.counts.sent += 1,
             // Nobody listens, or the network is busy: the counter tells, the next one follows.
             Err(_) => self.counts.dropped += 1,
+        }
+    }
+
+    /// Sends the last datagram's content again, some times: the last word must arrive, and no other follows it.
+    pub fn repeat(&mut self) {
+        const TIMES: usize = 3;
+        let Some(mut last) = self.last.take() else {
+            return;
+        };
+        for _ in 0..TIMES {
+            last.sequence += 1;
+            let bytes = serde_json::to_vec(&last).unwrap_or_default();
+            match self.socket.send_to(&bytes, self.to) {
+                Ok(_) => self.counts.sent += 1,
+                Err(_) => self.counts.dropped += 1,
+            }
         }
     }
 
@@ -260,9 +284,11 @@ fn datagram(
     sequence: u64,
     now_us: u64,
 ) -> SetpointDatagram {
-    // What the gate gives without following it gives on its own word: it is good for as long as any.
+    // What the gate gives without following it gives on its own word: it is good for as long as any. Before a person armed it
+    // that is not at all: the robot's own controller has it.
     let until_us = match (state, newest) {
         (State::Following, Some(command)) => command.valid_until_us,
+        (State::Disarmed(Cause::Start), _) => 0,
         _ => u64::MAX,
     };
     let valid_until_us = until_us.min(now_us.saturating_add(SETPOINT_LIFE_US));

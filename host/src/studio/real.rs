@@ -14,8 +14,8 @@ use crate::config::{Config, ConfigError};
 use crate::library::Library;
 use crate::link::ble::Passkeys;
 use crate::live::{
-    Act, Frames, Injector, Input, Inputs, LearnJob, Message, PasskeyView, Plug, Request, RobotSeen,
-    View, World,
+    Act, Frames, Injector, Input, Inputs, Latencies, LearnJob, Message, PasskeyView, Plug, Request,
+    RobotSeen, View, World,
 };
 use crate::page::Page;
 use crate::recording::{Entry, Recorder};
@@ -42,8 +42,10 @@ pub struct Real {
     recorder: Option<Recorder>,
     speaker: Option<Speaker>,
     robot: Option<UdpRobot>,
-    /// The newest command, for the age of the robot's evidence.
+    /// The newest command that the gate took, for the age of the robot's evidence.
     newest: Option<Command>,
+    latencies: Latencies,
+    disarm: Arc<AtomicBool>,
     hands: Option<Box<dyn Hands>>,
     /// What they do.
     acts: VecDeque<Act>,
@@ -85,6 +87,8 @@ pub struct Parts {
     pub hands: Option<Box<dyn Hands>>,
     /// Writes what outlives the run.
     pub keeper: Keeper,
+    /// Set from outside to disarm the robot, before all that waits.
+    pub disarm: Arc<AtomicBool>,
     /// Set from outside to end the run.
     pub stop: Arc<AtomicBool>,
     /// The run ends then, session time, microseconds.
@@ -117,6 +121,8 @@ impl Real {
             speaker: parts.speaker,
             robot: parts.robot,
             newest: None,
+            latencies: Latencies::default(),
+            disarm: parts.disarm,
             hands: parts.hands,
             acts: VecDeque::new(),
             learnt: Learnt::default(),
@@ -134,10 +140,13 @@ impl Real {
 
     /// Ends the sources, closes the file.
     #[must_use]
-    pub fn finish(self) -> Left {
+    pub fn finish(mut self) -> Left {
         self.wearable.stop();
         if let Some(tracker) = &self.tracker {
             tracker.stop();
+        }
+        if let Some(robot) = &mut self.robot {
+            robot.repeat();
         }
         Left {
             hands: self.hands,
@@ -174,9 +183,13 @@ impl World for Real {
         if self.over(now_us) {
             return None;
         }
+        // Before all that waits.
+        if self.disarm.swap(false, Ordering::Relaxed) {
+            return Some((now_us, Some(Input::Act(Act::Disarm))));
+        }
         if let Some(told) = self.robot.as_mut().and_then(|robot| robot.heard(now_us)) {
             let seen = RobotSeen {
-                measured_us: now_us,
+                measured_us: told.measured_us,
                 position_m: told.position_m,
                 stiffness_n_per_m: told.stiffness_n_per_m,
             };
@@ -185,9 +198,15 @@ impl World for Real {
         if let Some(act) = self.acts.pop_front() {
             return Some((now_us, Some(Input::Act(act))));
         }
-        match self.inputs.next(WAKE) {
-            Some(timed) => Some((timed.at_us, Some(timed.input))),
-            None => Some((self.inputs.now_us(), None)),
+        let timed = self.inputs.next(WAKE);
+        // What has waited is as old as it is: its time is the one at which it is taken, not the one at which it came.
+        let now_us = self.inputs.now_us();
+        let input = timed.map(|timed| (timed.at_us.max(now_us), timed.input));
+        match input {
+            // Where a recording's or a simulation's robot is says nothing of the one that is commanded.
+            Some((at_us, Input::Robot(_))) if self.robot.is_some() => Some((at_us, None)),
+            Some((at_us, input)) => Some((at_us, Some(input))),
+            None => Some((now_us, None)),
         }
     }
 
@@ -244,8 +263,14 @@ impl World for Real {
         self.keeper.person(profile);
     }
 
-    fn commanded(&mut self, at_us: u64, command: &Command) {
+    fn accepted(&mut self, command: &Command) {
         self.newest = Some(*command);
+    }
+
+    fn commanded(&mut self, at_us: u64, command: &Command) {
+        // By the clock, not by when the scan was taken in: waiting and computing count.
+        let age_us = self.inputs.now_us().saturating_sub(command.acquired_us);
+        self.latencies.add(age_us);
         self.note(Entry::Command {
             at_us,
             command: *command,
@@ -278,6 +303,7 @@ impl World for Real {
 
     fn show(&mut self, view: &View) {
         let mut view = view.clone();
+        view.latency = self.latencies.view();
         if let Some(hands) = &mut self.hands {
             self.acts.extend(hands.look(&view));
             view.story = hands.text();

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 
 use super::hands::Hands;
@@ -130,11 +130,18 @@ pub fn run(
     }
     let keeper = plan.keeper.clone();
     let passkeys = Passkeys::new(plan.page);
+    let disarm = Arc::new(AtomicBool::new(false));
     let page = plan.page.then(|| {
         let asking = passkeys.clone();
+        let disarm = Arc::clone(&disarm);
         let acts = move |act: Act| {
-            // A page that acts faster than the engine takes is told by what does not happen.
-            let _room = injector.input(Input::Act(looked_up(act, &keeper)));
+            if act == Act::Disarm {
+                disarm.store(true, Ordering::Relaxed);
+                return Ok(());
+            }
+            let room = injector.input(Input::Act(looked_up(act, &keeper)));
+            let busy = || "the program is too busy for that: press again".to_owned();
+            room.then_some(()).ok_or_else(busy)
         };
         Page::serve(plan.config.page.port, acts, move |typed| {
             let given = passkey(typed).and_then(|passkey| asking.give(passkey));
@@ -166,6 +173,7 @@ pub fn run(
         robot: setup::controller(&plan.config)?,
         hands: plan.hands,
         keeper: plan.keeper,
+        disarm,
         stop: plan.stop,
         #[allow(
             clippy::cast_possible_truncation,

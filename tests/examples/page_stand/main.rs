@@ -37,7 +37,12 @@ fn main() {
         let given = passkey(typed).and_then(|passkey| asking.give(passkey));
         given.map_err(|not_taken| not_taken.to_string())
     };
-    let page = Page::serve(0, move |act| drop(sender.send(act)), give).expect("a page");
+    let page = Page::serve(
+        0,
+        move |act| sender.send(act).map_err(|_| "nobody takes it".to_owned()),
+        give,
+    )
+    .expect("a page");
     println!("{}", page.url());
     let start = Instant::now();
     let mut stand = stand::Stand::new(channels);

@@ -8,7 +8,7 @@ use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
 use tonus::robot::command::{Command, Quality};
-use tonus::robot::gate::State;
+use tonus::robot::gate::{Cause, State};
 use tonus::robot::limits::Setpoint;
 use tonus::robot::udp::{Feedback, UdpRobot};
 
@@ -100,7 +100,31 @@ fn the_receiver_follows_holds_and_stops_by_its_own_clock() {
     .unwrap();
     let began = Instant::now();
     let now_us = || u64::try_from(began.elapsed().as_micros()).unwrap();
-    // Until Python has started.
+    // Whoever starts in the midst of it says nothing and does nothing.
+    while began.elapsed() < Duration::from_secs(2) {
+        let at_us = now_us();
+        robot.send(
+            &setpoint(0.5),
+            State::Following,
+            Some(&command(at_us)),
+            at_us,
+        );
+        assert_eq!(robot.heard(at_us), None);
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    // Nobody armed it: it says where it is, and does nothing.
+    while robot.heard(now_us()).is_none() {
+        assert!(began.elapsed() < PATIENCE, "the receiver answers");
+        robot.send(
+            &setpoint(0.4),
+            State::Disarmed(Cause::Start),
+            None,
+            now_us(),
+        );
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    std::thread::sleep(Duration::from_millis(50));
+    assert!(running.lines.try_recv().is_err(), "it does nothing");
     let mut told: Option<Feedback> = None;
     let mut last = began;
     while told.is_none_or(|told| told.position_m[0] < 0.45) && began.elapsed() < PATIENCE {
@@ -147,6 +171,16 @@ fn what_is_old_broken_or_of_another_version_is_not_followed() {
     };
     let began = Instant::now();
     let mut sequence = 1000;
+    socket
+        .set_read_timeout(Some(Duration::from_millis(20)))
+        .unwrap();
+    let disarmed = datagram(1000, 1, 0.0)
+        .replace("following", "disarmed")
+        .replace("\"valid_for_us\":100000", "\"valid_for_us\":0");
+    while socket.recv(&mut [0; 512]).is_err() {
+        assert!(began.elapsed() < PATIENCE, "the receiver answers");
+        socket.send_to(disarmed.as_bytes(), &to).unwrap();
+    }
     let first = loop {
         assert!(began.elapsed() < PATIENCE, "the receiver follows");
         sequence += 1;

@@ -66,7 +66,9 @@ fn no_setpoint_is_valid_for_longer_than_its_life_or_its_command() {
         valid(State::Holding, Some(command(0, 10_000)), 20_000),
         100_000
     );
-    assert_eq!(valid(State::Disarmed(Cause::Start), None, 20_000), 100_000);
+    assert_eq!(valid(State::Disarmed(Cause::Person), None, 20_000), 100_000);
+    // Nobody armed it yet: not to be followed at all.
+    assert_eq!(valid(State::Disarmed(Cause::Start), None, 20_000), 0);
     assert_eq!(
         valid(State::Holding, None, u64::MAX),
         0,
