@@ -91,6 +91,8 @@ pub struct Robot {
     pub rate_hz: f64,
     /// Where its hand waits, base frame, metres.
     pub home_m: [f64; 3],
+    /// What the simulated robot's hand carries, kg: it sags by its weight over the stiffness.
+    pub payload_kg: f64,
     /// Damping ratio of every command.
     pub damping_ratio: f64,
     /// Smallest and largest stiffness, N/m.
@@ -123,6 +125,8 @@ pub struct Page {
 pub struct Recording {
     /// Where files go; relative to where the program is started.
     pub directory: PathBuf,
+    /// Where what was measured of people is kept, a file each; likewise relative.
+    pub people: PathBuf,
 }
 
 impl Default for Wearable {
@@ -166,6 +170,7 @@ impl Default for Robot {
             to: "simulated".to_owned(),
             rate_hz: 200.0,
             home_m: [0.40, 0.0, 0.45],
+            payload_kg: 0.0,
             damping_ratio: 1.0,
             stiffness_n_per_m: limits.stiffness_n_per_m,
             stiffness_rate_n_per_m_s: limits.stiffness_rate_n_per_m_s,
@@ -190,6 +195,7 @@ impl Default for Recording {
     fn default() -> Self {
         Self {
             directory: PathBuf::from("recordings"),
+            people: PathBuf::from("people"),
         }
     }
 }

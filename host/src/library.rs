@@ -1,10 +1,13 @@
 //! Skills that are ready to be followed: the model, and the gate on what is none of them.
 
+use std::path::{Path, PathBuf};
+
 use crate::demonstration::Demonstration;
 use crate::model::evaluate::{Protocol, leave_one_out};
 use crate::model::novelty::{Gate, GateConfig, GateError};
 use crate::model::{Dof, Hyperparameters, HyperparametersError, LearnError, Model, Valid, learn};
 use crate::session::DOFS;
+use crate::store::{self, ContentError, StoreError};
 use tonus_shared::promp::{Basis, BasisError};
 
 /// Basis functions of each DoF: the fastest thing in two seconds takes about a fifth of one.
@@ -35,6 +38,32 @@ pub enum LibraryError {
     /// The novelty gate.
     #[error(transparent)]
     Novelty(#[from] GateError),
+    /// The file.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// What was recorded as one.
+    #[error("what was recorded as a model: {0}")]
+    Content(#[from] ContentError),
+    /// A model without a gate.
+    #[error(
+        "{}: it has no novelty gate, so nothing would be held as unknown: learn it by `tonus train --live` or in `tonus run`",
+        file.display()
+    )]
+    NoGate {
+        /// The file.
+        file: PathBuf,
+    },
+    /// A model of other signals.
+    #[error(
+        "{}: a model of {found:?} cannot be followed, which takes {DOFS:?}: learn it by `tonus train --live`",
+        file.display()
+    )]
+    Dofs {
+        /// The file.
+        file: PathBuf,
+        /// Its signals.
+        found: Vec<String>,
+    },
 }
 
 impl Library {
@@ -59,6 +88,54 @@ impl Library {
             model: learn(demonstrations, &valid)?,
             held_out: None,
         })
+    }
+
+    /// The skills of a model file with a gate.
+    ///
+    /// # Errors
+    /// [`LibraryError`]: no model file, a model without a gate, or of other signals than [`DOFS`].
+    pub fn load(file: &Path) -> Result<Self, LibraryError> {
+        let (model, gate) = store::load_gated(file)?;
+        Self::of(model, gate, file)
+    }
+
+    /// The skills out of the bytes of such a file; `file` names them in errors.
+    ///
+    /// # Errors
+    /// As [`Library::load`].
+    pub fn from_bytes(bytes: &[u8], file: &Path) -> Result<Self, LibraryError> {
+        let (model, gate) = store::from_bytes(bytes)?;
+        Self::of(model, gate, file)
+    }
+
+    fn of(model: Model, gate: Option<Gate>, file: &Path) -> Result<Self, LibraryError> {
+        let file = file.to_owned();
+        if !model.dofs().iter().map(|dof| &dof.name).eq(DOFS) {
+            let found = model.dofs().iter().map(|dof| dof.name.clone()).collect();
+            return Err(LibraryError::Dofs { file, found });
+        }
+        let gate = gate.ok_or(LibraryError::NoGate { file })?;
+        Ok(Self {
+            model,
+            gate,
+            held_out: None,
+        })
+    }
+
+    /// Writes the model file, replacing what was there only once the new one is whole.
+    ///
+    /// # Errors
+    /// [`StoreError`].
+    pub fn save(&self, file: &Path) -> Result<(), StoreError> {
+        store::save(&self.model, Some(&self.gate), file)
+    }
+
+    /// The bytes of the model file. The same library gives the same bytes.
+    ///
+    /// # Errors
+    /// A header larger than the format allows.
+    pub fn to_bytes(&self) -> Result<Vec<u8>, ContentError> {
+        store::to_bytes(&self.model, Some(&self.gate))
     }
 
     /// How many demonstrations are recognised by the person's signals when they are left out, and how many there are; none

@@ -19,6 +19,9 @@
 //! | `demonstration_residual` | `N x D` | sum of squares that they leave |
 //! | `demonstration_mean` | `N x D` | mean of its samples |
 //! | `demonstration_square` | `N x D` | sum of squares of their distances from it |
+//! | `gate_factor` | `C x J (J + 1) / 2` | Cholesky factors of the novelty gate's classes, if there is a gate |
+//! | `gate_reference` | `M x J` | demonstrations that it compares with, whitened |
+//! | `gate_threshold` | `J` | what is unknown scores more |
 //! | `crc32` | `1`, `uint32` | CRC-32 (zlib's) of the header text and the other tensors' bytes, by name |
 //!
 //! A file is written whole under another name and then renamed. Reading checks the size before anything is
@@ -33,9 +36,10 @@ use std::path::{Path, PathBuf};
 
 use safetensors::tensor::{Dtype, SafeTensorError, SafeTensors};
 
+use crate::model::novelty::{Gate, GateError};
 use crate::model::{Model, PartsError};
 use header::Header;
-use tensors::{Numbers, Shapes, Tensor, checksum, data, numbers};
+use tensors::{Numbers, Tensor, checksum, data, shapes};
 
 /// Version of the header and the tensors' meaning, in `schema_version`.
 pub const SCHEMA_VERSION: u32 = 2;
@@ -128,14 +132,18 @@ pub enum ContentError {
     /// Numbers that make no model.
     #[error(transparent)]
     Parts(#[from] PartsError),
+    /// Numbers that make no novelty gate.
+    #[error(transparent)]
+    Gate(#[from] GateError),
 }
 
-/// Writes a model file, replacing what was there only once the new one is whole.
+/// Writes a model file, with the gate of one that is ready to be followed, replacing what was there only once the new one is
+/// whole.
 ///
 /// # Errors
 /// [`StoreError::Io`], and [`StoreError::Content`] for a model that safetensors cannot hold.
-pub fn save(model: &Model, path: &Path) -> Result<(), StoreError> {
-    let bytes = to_bytes(model).map_err(|reason| StoreError::Content {
+pub fn save(model: &Model, gate: Option<&Gate>, path: &Path) -> Result<(), StoreError> {
+    let bytes = to_bytes(model, gate).map_err(|reason| StoreError::Content {
         file: path.to_owned(),
         reason: Box::new(reason),
     })?;
@@ -146,11 +154,19 @@ pub fn save(model: &Model, path: &Path) -> Result<(), StoreError> {
     })
 }
 
-/// Reads a model file.
+/// Reads a model file; its gate is read and checked with it.
 ///
 /// # Errors
 /// [`StoreError`]; no content makes it panic or allocate more than [`MAX_BYTES`] for the file.
 pub fn load(path: &Path) -> Result<Model, StoreError> {
+    load_gated(path).map(|(model, _)| model)
+}
+
+/// Reads a model file, and its gate if it has one.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_gated(path: &Path) -> Result<(Model, Option<Gate>), StoreError> {
     let failed = |source| StoreError::Io {
         file: path.to_owned(),
         action: "read",
@@ -176,63 +192,52 @@ pub fn load(path: &Path) -> Result<Model, StoreError> {
     })
 }
 
-/// The bytes of a model file. The same model gives the same bytes.
+/// The bytes of a model file. The same model and gate give the same bytes.
 ///
 /// # Errors
 /// A header larger than safetensors allows.
-pub fn to_bytes(model: &Model) -> Result<Vec<u8>, ContentError> {
+pub fn to_bytes(model: &Model, gate: Option<&Gate>) -> Result<Vec<u8>, ContentError> {
     let parts = model.parts();
-    let header = serde_json::to_string(&Header::of(parts)).map_err(ContentError::Header)?;
-    let mut tensors: Vec<(&str, Tensor)> = Shapes::of_parts(parts)
-        .named()
+    let header = Header::of(parts, gate);
+    let mut numbers = Numbers::of(parts, gate);
+    let shapes = shapes(&header, parts.basis.count());
+    let mut tensors: Vec<(&str, Tensor)> = shapes
         .into_iter()
-        .zip(Numbers::of(parts).named())
-        .map(|((name, shape), list)| (name, Tensor::of(shape, list)))
+        .map(|(name, shape)| (name, Tensor::of(shape, &numbers.take(name))))
         .collect();
+    let header = serde_json::to_string(&header).map_err(ContentError::Header)?;
     let checksum = checksum(&header, tensors.iter().map(|(_, tensor)| tensor.bytes()));
     tensors.push((CHECKSUM, Tensor::of_checksum(checksum)));
     let entry = HashMap::from([(ENTRY.to_owned(), header)]);
     safetensors::serialize(tensors, Some(entry)).map_err(ContentError::Format)
 }
 
-/// A model out of the bytes of a file.
+/// A model out of the bytes of a file, and its gate if it has one.
 ///
 /// # Errors
 /// [`ContentError`]; no bytes make it panic.
-pub fn from_bytes(bytes: &[u8]) -> Result<Model, ContentError> {
+pub fn from_bytes(bytes: &[u8]) -> Result<(Model, Option<Gate>), ContentError> {
     let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(ContentError::Format)?;
     let entries = metadata.metadata().as_ref();
     let text = entries
         .and_then(|map| map.get(ENTRY))
         .ok_or(ContentError::NoModel)?;
-    let header = Header::parse(text)?;
+    let mut header = Header::parse(text)?;
     let tensors = SafeTensors::deserialize(bytes).map_err(ContentError::Format)?;
     let basis = header.basis()?;
-    let shapes = Shapes::of_header(&header, basis.count()).named();
-    let raw = shapes.map(|(name, shape)| data(&tensors, name, Dtype::F64, shape));
-    let raw = raw.into_iter().collect::<Result<Vec<_>, _>>()?;
+    let raw = shapes(&header, basis.count()).into_iter();
+    let raw = raw.map(|(name, shape)| Ok((name, data(&tensors, name, Dtype::F64, shape)?)));
+    let raw = raw.collect::<Result<Vec<_>, ContentError>>()?;
     let found = data(&tensors, CHECKSUM, Dtype::U32, vec![1])?;
     let found = found
         .iter()
         .rev()
         .fold(0, |sum, &byte| sum << 8 | u32::from(byte));
-    let expected = checksum(text, raw.iter().copied());
+    let expected = checksum(text, raw.iter().map(|(_, raw)| *raw));
     if found != expected {
         return Err(ContentError::Checksum { found, expected });
     }
-    let mut lists = raw.into_iter().map(numbers);
-    // In the order of `named`, as many as there are names.
-    let mut next = || lists.next().unwrap_or_default();
-    let read = Numbers {
-        means: next(),
-        residuals: next(),
-        squares: next(),
-        weights: next(),
-        loading: next(),
-        residual_variance: next(),
-        roots: next(),
-        scale: next(),
-        weight_means: next(),
-    };
-    Ok(Model::assemble(header.parts(basis, read))?)
+    let mut numbers = Numbers::read(raw.into_iter());
+    let gate = header.gate(&mut numbers)?;
+    Ok((Model::assemble(header.parts(basis, numbers))?, gate))
 }

@@ -110,7 +110,7 @@ ROOMS = {
         "simulate": {"link", "robot", "demonstration"},
         "session": {"model", "robot"},
         # Skills ready to be followed.
-        "library": {"demonstration", "model", "session"},
+        "library": {"demonstration", "model", "session", "store"},
         # The running program as a function of its inputs.
         "live": {"calibration", "clock", "demonstration", "library", "model", "robot", "session", "store", "transform"},
         # Devices that give inputs: each a thread of its own.
@@ -129,7 +129,7 @@ ROOMS = {
         "page": {"live"},
         "config": {"atomic", "robot", "transform"},
         # All of it joined: threads, files, page.
-        "studio": {"broadcast", "calibration", "clock", "config", "leap", "library", "link", "live", "page", "recording", "robot", "session",
+        "studio": {"atomic", "broadcast", "calibration", "clock", "config", "leap", "library", "link", "live", "page", "recording", "robot", "session",
                    "simulate", "source", "store", "transform"},
         "demo": {"demonstration", "library", "link", "model", "robot", "session", "simulate"},
         # Other methods on the same demonstrations, for comparison: nothing stands on them but the experiments.

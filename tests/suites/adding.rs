@@ -98,7 +98,7 @@ fn same(one: &Model, other: &Model) {
 
 /// The model as it comes back from a file.
 fn stored(model: &Model) -> Model {
-    from_bytes(&to_bytes(model).unwrap()).unwrap()
+    from_bytes(&to_bytes(model, None).unwrap()).unwrap().0
 }
 
 #[test]

@@ -11,45 +11,74 @@ use std::sync::LazyLock;
 
 use proptest::prelude::*;
 use tonus::demonstration::Demonstration;
-use tonus::model::{Dof, Hyperparameters, Model, Parts, learn};
+use tonus::model::novelty::{Gate, GateConfig, GateSettings};
+use tonus::model::{Dof, Hyperparameters, Model, Parts, Valid, learn};
 use tonus::store::{ContentError, MAX_BYTES, StoreError, from_bytes, load, save, to_bytes};
 use tonus_shared::promp::Basis;
 
 static MODEL: LazyLock<Model> = LazyLock::new(|| learned(Basis::gaussian(4).unwrap()));
 
+static GATE: LazyLock<Gate> = LazyLock::new(|| {
+    let config = GateConfig {
+        observations: 3,
+        ..GateConfig::of(2)
+    };
+    let valid = valid(Basis::gaussian(4).unwrap());
+    let settings = GateSettings::default();
+    Gate::with_settings(&demonstrations(), &valid, &settings, &config).unwrap()
+});
+
 fn model() -> Model {
     MODEL.clone()
 }
 
+/// A gate for it, which looks at both signals.
+fn gate() -> Gate {
+    GATE.clone()
+}
+
 /// Two skills of a position and a stiffness.
 fn learned(basis: Basis) -> Model {
-    let demo = |label: &str, a: f64, b: f64| {
+    learn(&demonstrations(), &valid(basis)).unwrap()
+}
+
+fn valid(basis: Basis) -> Valid {
+    let dofs = vec![Dof::position("x"), Dof::stiffness("kx")];
+    Hyperparameters::new(dofs, basis).check().unwrap()
+}
+
+fn demonstrations() -> [Demonstration; 6] {
+    let demo = |label: &str, trial: &str, a: f64, b: f64| {
         let t_s: Vec<f64> = (0..12).map(|i| f64::from(i) * 0.1).collect();
         let x = t_s.iter().map(|t| a * t + b * t * t).collect();
         let k = t_s.iter().map(|t| 100.0 + 40.0 * b * t).collect();
-        Demonstration::new(label, "1", "a.csv", t_s, vec![x, k]).unwrap()
+        Demonstration::new(label, trial, "a.csv", t_s, vec![x, k]).unwrap()
     };
-    let demos = [
-        demo("lift", 1.0, 0.5),
-        demo("lift", 1.1, 0.4),
-        demo("lift", 0.9, 0.7),
-        demo("push", -1.0, 0.2),
-        demo("push", -1.2, 0.3),
-    ];
-    let dofs = vec![Dof::position("x"), Dof::stiffness("kx")];
-    let given = Hyperparameters::new(dofs, basis);
-    learn(&demos, &given.check().unwrap()).unwrap()
+    [
+        demo("lift", "1", 1.0, 0.5),
+        demo("lift", "2", 1.1, 0.4),
+        demo("lift", "3", 0.9, 0.7),
+        demo("push", "1", -1.0, 0.2),
+        demo("push", "2", -1.2, 0.3),
+        demo("push", "3", -1.1, 0.1),
+    ]
 }
 
 #[test]
 fn a_model_comes_back_as_it_was_and_twice_the_same_bytes() {
     let model = model();
-    let bytes = to_bytes(&model).unwrap();
-    assert_eq!(from_bytes(&bytes).unwrap(), model);
-    assert_eq!(to_bytes(&from_bytes(&bytes).unwrap()).unwrap(), bytes);
+    for gate in [None, Some(gate())] {
+        let bytes = to_bytes(&model, gate.as_ref()).unwrap();
+        let (read, read_gate) = from_bytes(&bytes).unwrap();
+        assert_eq!((&read, &read_gate), (&model, &gate));
+        assert_eq!(to_bytes(&read, read_gate.as_ref()).unwrap(), bytes);
+    }
     for basis in [Basis::fourier(5).unwrap(), Basis::bernstein(4).unwrap()] {
         let other = learned(basis);
-        assert_eq!(from_bytes(&to_bytes(&other).unwrap()).unwrap(), other);
+        assert_eq!(
+            from_bytes(&to_bytes(&other, None).unwrap()).unwrap().0,
+            other
+        );
     }
 }
 
@@ -58,7 +87,7 @@ fn python_opens_it_in_one_line() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("skills.safetensors");
     let model = model();
-    save(&model, &path).unwrap();
+    save(&model, None, &path).unwrap();
     let script = r#"
 import json, sys, zlib
 import safetensors, safetensors.numpy
@@ -96,7 +125,7 @@ print(json.dumps({
         serde_json::json!([["x", "m", "identity"], ["kx", "N/m", "log"]])
     );
     assert_eq!(seen["labels"], serde_json::json!(["lift", "push"]));
-    assert_eq!(seen["counts"], serde_json::json!([3, 2]));
+    assert_eq!(seen["counts"], serde_json::json!([3, 3]));
     assert_eq!(seen["basis"], "gaussian");
     assert_eq!(seen["shape"], serde_json::json!([2, 2, 4]));
     assert_eq!(seen["mean"].as_f64().unwrap(), parts.weight_means[8 + 2]);
@@ -113,7 +142,7 @@ print(json.dumps({
 
 #[test]
 fn cut_anywhere_it_is_refused() {
-    let bytes = to_bytes(&model()).unwrap();
+    let bytes = to_bytes(&model(), Some(&gate())).unwrap();
     for end in 0..bytes.len() {
         assert!(from_bytes(&bytes[..end]).is_err(), "cut at {end}");
     }
@@ -124,7 +153,7 @@ fn cut_anywhere_it_is_refused() {
 
 #[test]
 fn every_flipped_bit_of_the_numbers_is_noticed() {
-    let bytes = to_bytes(&model()).unwrap();
+    let bytes = to_bytes(&model(), Some(&gate())).unwrap();
     let header = u64::from_le_bytes(bytes[..8].try_into().unwrap());
     let start = 8 + usize::try_from(header).unwrap();
     for at in start..bytes.len() {
@@ -148,14 +177,14 @@ proptest! {
     fn flipped_bytes_give_an_error_or_the_same_model(
         flips in prop::collection::vec((any::<prop::sample::Index>(), 1..=255_u8), 1..4),
     ) {
-        let model = model();
-        let mut bytes = to_bytes(&model).unwrap();
+        let (model, gate) = (model(), gate());
+        let mut bytes = to_bytes(&model, Some(&gate)).unwrap();
         for (index, flip) in flips {
             let at = index.index(bytes.len());
             bytes[at] ^= flip;
         }
         if let Ok(read) = from_bytes(&bytes) {
-            prop_assert_eq!(read, model);
+            prop_assert_eq!(read, (model, Some(gate)));
         }
     }
 
@@ -200,14 +229,24 @@ fn saving_replaces_the_file_whole_or_leaves_it() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("skills.safetensors");
     std::fs::write(&path, "old").unwrap();
-    save(&model(), &path).unwrap();
+    save(&model(), None, &path).unwrap();
     assert_eq!(load(&path).unwrap(), model());
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
     let nowhere = folder.path().join("none/skills.safetensors");
     assert!(matches!(
-        save(&model(), &nowhere),
+        save(&model(), None, &nowhere),
         Err(StoreError::Io { .. })
     ));
+}
+
+#[test]
+fn a_gate_of_other_signals_is_refused() {
+    let mut parts = gate().parts().clone();
+    parts.dofs[1].0 = 7;
+    let bytes = to_bytes(&model(), Some(&Gate::assemble(parts).unwrap())).unwrap();
+    let error = from_bytes(&bytes).unwrap_err();
+    assert!(matches!(error, ContentError::Gate(_)), "{error}");
+    assert!(error.to_string().contains('7'), "{error}");
 }
 
 #[test]

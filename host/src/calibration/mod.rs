@@ -26,12 +26,14 @@ mod guide;
 mod levels;
 mod measurement;
 mod plan;
+mod profile;
 mod view;
 
 pub use fit::{Fit, FitError, Load, PARAMETERS, fit};
 pub use fit_check::{Finding, FitCheck, FitCheckError, Pattern, Verdict};
 pub use guide::{Guide, GuideError, Outcome};
 pub use plan::{Hold, Task};
+pub use profile::{Profile, ProfileError};
 pub use view::{CalibrationResult, Estimate, Person, StepView};
 
 use tonus_shared::wire::Muscle;

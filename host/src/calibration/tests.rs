@@ -11,6 +11,7 @@ use super::*;
 mod back;
 mod guide;
 mod pattern;
+mod profile;
 
 const MUSCLES: [Muscle; 4] = [
     Muscle::BicepsShort,

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use serde_json::{Value, json};
 use tonus::demonstration::{Choice, Demonstration, read};
+use tonus::model::novelty::Gate;
 use tonus::model::{Learner, Model, Transform};
 use tonus::store;
 use tonus::table::Table;
@@ -45,11 +46,15 @@ impl InfoArgs {
     /// Reads and reports.
     pub(crate) fn run(self, json: bool) -> anyhow::Result<()> {
         if is_safetensors(&self.file)? {
-            let model = store::load(&self.file)?;
+            let (model, gate) = store::load_gated(&self.file)?;
             return if json {
-                say(&format!("{}\n", model_summary(&model)))
+                say(&format!("{}\n", model_summary(&model, gate.as_ref())))
             } else {
-                say(&format!("{}: {}", self.file.display(), model_text(&model)))
+                say(&format!(
+                    "{}: {}",
+                    self.file.display(),
+                    model_text(&model, gate.as_ref())
+                ))
             };
         }
         let is_recording = tonus::recording::is_recording(&self.file);
@@ -97,7 +102,7 @@ fn signals(table: &Table) -> Vec<String> {
 }
 
 /// A model for `--json`.
-pub(super) fn model_summary(model: &Model) -> Value {
+pub(super) fn model_summary(model: &Model, gate: Option<&Gate>) -> Value {
     let parts = model.parts();
     let skills = parts.labels.iter().zip(&parts.counts).zip(&parts.durations);
     let predictive = parts.classes.iter().zip(&parts.freedom);
@@ -119,11 +124,17 @@ pub(super) fn model_summary(model: &Model) -> Value {
         "learner": parts.learner,
         "demonstrations_kept": parts.demonstrations.len(),
         "shrinkage": { "pooled": parts.pooled_share, "diagonal": parts.diagonal_share },
+        "novelty_gate": gate.map(|gate| json!({
+            "false_alarm_rate": gate.parts().false_alarm_rate,
+            "demonstrations": gate.parts().skills.len(),
+            "dofs": gate.parts().dofs.iter().map(|(_, dof)| &dof.name).collect::<Vec<_>>(),
+            "observations": gate.parts().phases.len(),
+        })),
     })
 }
 
 /// A model for people.
-pub(super) fn model_text(model: &Model) -> String {
+pub(super) fn model_text(model: &Model, gate: Option<&Gate>) -> String {
     let parts = model.parts();
     let dofs = parts.dofs.iter().map(|dof| match dof.transform {
         Transform::Identity => format!("{} [{}]", dof.name, dof.unit),
@@ -148,6 +159,13 @@ pub(super) fn model_text(model: &Model) -> String {
         }
         Learner::Em => "learnt by EM: with more demonstrations, train again from all\n".to_owned(),
     };
+    if let Some(gate) = gate {
+        text += &format!(
+            "novelty gate of {} demonstrations, {} % false alarms: ready for tonus run --model\n",
+            gate.parts().skills.len(),
+            100.0 * gate.parts().false_alarm_rate
+        );
+    }
     let skills = parts.labels.iter().zip(&parts.counts).zip(&parts.durations);
     for (skill, ((label, count), d)) in skills.enumerate() {
         let class = &parts.classes[skill];

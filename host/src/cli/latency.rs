@@ -13,6 +13,7 @@ use tonus::config::Config;
 use tonus::demo::{self, DemoConfig};
 use tonus::live::{LatencyView, View};
 use tonus::source::LinkChoice;
+use tonus::studio::keep::Keeper;
 use tonus::studio::run::{Plan, run};
 use tungstenite::client::IntoClientRequest;
 use tungstenite::http::HeaderValue;
@@ -70,7 +71,8 @@ impl LatencyArgs {
             library: Some(Arc::new(library)),
             seed: 1,
             pace: 1.0,
-            keep: None,
+            keeper: Keeper::default(),
+            person: None,
             ask_passkey: Arc::new(|_| None),
             stop: Arc::new(AtomicBool::new(false)),
         };

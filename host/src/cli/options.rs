@@ -7,6 +7,7 @@ use tonus::demonstration::{
     Choice, Demonstration, ReadError, read, read_unlabelled, read_with_gaps,
 };
 use tonus::model::{Dof, Transform};
+use tonus::session::DOFS;
 use tonus::table::Table;
 use tonus_shared::promp::Basis;
 
@@ -190,6 +191,14 @@ pub(super) fn unlabelled_demonstrations(
     each(files, dofs, exclude, read_unlabelled)
 }
 
+/// All demonstrations of what is followed live.
+pub(super) fn live_demonstrations(
+    files: &[PathBuf],
+    exclude: &[String],
+) -> Result<Vec<Demonstration>> {
+    each_of(files, &DOFS.map(str::to_owned), exclude, read)
+}
+
 fn each(
     files: &[PathBuf],
     dofs: &[Dof],
@@ -197,8 +206,17 @@ fn each(
     read: fn(&Table, &Choice<'_>) -> Result<Vec<Demonstration>, ReadError>,
 ) -> Result<Vec<Demonstration>> {
     let names: Vec<_> = dofs.iter().map(|dof| dof.name.clone()).collect();
+    each_of(files, &names, exclude, read)
+}
+
+fn each_of(
+    files: &[PathBuf],
+    names: &[String],
+    exclude: &[String],
+    read: fn(&Table, &Choice<'_>) -> Result<Vec<Demonstration>, ReadError>,
+) -> Result<Vec<Demonstration>> {
     let choice = Choice {
-        dofs: &names,
+        dofs: names,
         exclude,
     };
     let mut all = Vec::new();

@@ -5,12 +5,9 @@ use std::path::PathBuf;
 
 use anyhow::bail;
 use serde_json::json;
-use tonus::config::Config;
-use tonus::recording::Reading;
 use tonus::studio::play::{Played, play};
 
 use super::progress::Progress;
-use super::run::library;
 use super::say;
 
 const EXAMPLE: &str = "Examples:
@@ -26,26 +23,14 @@ pub(crate) struct PlayArgs {
     /// A recording of `tonus run`.
     #[arg(value_name = "RECORDING")]
     recording: PathBuf,
-    /// The demonstrations that the run was started with, if it was.
-    #[arg(long, value_name = "CSV", num_args = 1..)]
-    demonstrations: Vec<PathBuf>,
 }
 
 impl PlayArgs {
     /// Commands that differ are a failure.
     pub(crate) fn run(self, json: bool) -> anyhow::Result<()> {
-        // Learnt as the run learnt them.
-        let config = Reading::open(&self.recording)?
-            .opening()
-            .configuration
-            .clone();
-        let rate = Config::parse(&config, &self.recording)?
-            .recognition
-            .false_alarm_rate;
-        let skills = library(&self.demonstrations, rate, json)?;
         let visible = !json && stderr().is_terminal();
         let progress = Progress::spinner("playing", visible);
-        let played = play(&self.recording, skills, |_| {})?;
+        let played = play(&self.recording, |_| {})?;
         progress.finish();
         if json {
             let mut document = serde_json::to_value(&played)?;

@@ -6,10 +6,12 @@ use std::sync::atomic::AtomicBool;
 
 use anyhow::bail;
 use serde_json::json;
+use tonus::calibration::Profile;
 use tonus::config::Config;
 use tonus::live::{Person, View};
 use tonus::source::LinkChoice;
 use tonus::studio::hands::Hands;
+use tonus::studio::keep::{self, Keeper};
 use tonus::studio::run::{Plan, Ran, run};
 use tonus::studio::terminal::{Calibrates, Enter, Records};
 use tonus_shared::stiffness::Segments;
@@ -39,6 +41,9 @@ pub(crate) struct RecordArgs {
     /// How often.
     #[arg(long, value_name = "N", default_value_t = 1)]
     count: usize,
+    /// Who wears the wearable, as `tonus calibrate` named them: their calibration goes to it.
+    #[arg(long, value_name = "NAME")]
+    person: Option<String>,
     /// The recording; a new file.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
@@ -90,6 +95,13 @@ struct Devices {
     seed: u64,
 }
 
+/// What is kept, and of whom something is.
+#[derive(Default)]
+struct Known {
+    keeper: Keeper,
+    person: Option<Profile>,
+}
+
 impl Devices {
     fn found(&self) -> anyhow::Result<(Config, LinkChoice)> {
         let (mut config, _) = Config::find(self.config.as_deref())?;
@@ -106,6 +118,7 @@ impl Devices {
         (config, link): (Config, LinkChoice),
         hands: Box<dyn Hands>,
         record: Option<PathBuf>,
+        Known { keeper, person }: Known,
     ) -> anyhow::Result<(Ran, bool)> {
         let stop = Arc::new(AtomicBool::new(false));
         stop_at_signal(Arc::clone(&stop))?;
@@ -119,9 +132,10 @@ impl Devices {
             page: false,
             lsl: false,
             library: None,
+            keeper,
+            person,
             seed: self.seed,
             pace: 1.0,
-            keep: None,
             ask_passkey: Arc::new(ask_passkey),
             stop: Arc::clone(&stop),
         };
@@ -171,6 +185,13 @@ impl RecordArgs {
     pub(crate) fn run(self, json: bool) -> anyhow::Result<()> {
         let found = self.devices.found()?;
         let simulated = found.1 == LinkChoice::Simulated;
+        let person = (self.person.as_deref())
+            .map(|name| keep::read(&found.0.recording.people, name))
+            .transpose()?;
+        let known = Known {
+            person,
+            ..Known::default()
+        };
         let lasts_us = simulated.then_some(SIMULATED_US);
         let records = Records::new(
             self.label,
@@ -179,9 +200,9 @@ impl RecordArgs {
             lasts_us,
             aloud(json),
         );
-        let (ran, stopped) = self
-            .devices
-            .run(found, Box::new(records), Some(self.output))?;
+        let (ran, stopped) =
+            self.devices
+                .run(found, Box::new(records), Some(self.output), known)?;
         let Some((path, file)) = ran.file else {
             bail!("nothing was recorded");
         };
@@ -212,14 +233,23 @@ impl CalibrateArgs {
         let name = person.name.clone();
         let calibrates = Calibrates::new(person, enter(&found.1), aloud(json));
         let done = calibrates.finished();
-        let (_, stopped) = self.devices.run(found, Box::new(calibrates), self.output)?;
+        let people = found.0.recording.people.clone();
+        let known = Known {
+            keeper: Keeper::new(None, Some(people.clone())),
+            person: None,
+        };
+        let hands = Box::new(calibrates);
+        let (_, stopped) = self.devices.run(found, hands, self.output, known)?;
         if stopped || !done.get() {
             bail!("the calibration was not finished; the wearable works with what it had");
         }
         say(&if json {
-            format!("{}\n", json!({ "calibrated": name }))
+            format!("{}\n", json!({ "calibrated": name, "people": people }))
         } else {
-            format!("the calibration of {name} is in use\n")
+            format!(
+                "the calibration of {name} is in use, and kept in {}: --person {name} uses it again\n",
+                people.display()
+            )
         })
     }
 }

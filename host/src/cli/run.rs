@@ -8,17 +8,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use anyhow::{Context, bail};
 use serde_json::json;
 use tonus::config::Config;
-use tonus::demonstration::{Choice, read};
 use tonus::library::Library;
 use tonus::live::View;
-use tonus::session::DOFS;
 use tonus::source::LinkChoice;
 use tonus::studio::hands::Hands;
+use tonus::studio::keep::{self, Keeper};
 use tonus::studio::run::{Plan, Ran, run};
 use tonus::studio::story::Story;
-use tonus::table::Table;
 
-use super::options::positive;
+use super::options::{self, positive};
 use super::progress::Progress;
 use super::say;
 
@@ -27,6 +25,8 @@ const EXAMPLE: &str = "Examples:
   tonus run --story                       they tell the whole story themselves
   tonus run --link ble --leap ws://127.0.0.1:6437
   tonus run --link serial:/dev/ttyACM0 --robot udp:127.0.0.1:5005 --demonstrations mine.csv
+  tonus run --link ble -o skills.safetensors    keeps the skills that are learnt on the page
+  tonus run --link ble --model skills.safetensors
 
 The page is served to this machine alone, at the address that is printed. Ctrl-C disarms the robot, closes the
 recording and ends.";
@@ -50,6 +50,16 @@ pub(crate) struct RunArgs {
     /// Demonstrations to learn from before it starts: CSV files as `tonus train` reads them.
     #[arg(long, value_name = "CSV", num_args = 1..)]
     demonstrations: Vec<PathBuf>,
+    /// Skills to follow from its start: a model file of `tonus train --live` or of -o.
+    #[arg(long, value_name = "MODEL", conflicts_with = "demonstrations")]
+    model: Option<PathBuf>,
+    /// Model file for the skills that are learnt in this run, each time anew.
+    #[arg(short, long, value_name = "MODEL")]
+    output: Option<PathBuf>,
+    /// Who wears the wearable, as a calibration named them: it goes to the wearable. People who are calibrated are kept in
+    /// the configuration's directory, unless the link is a simulation.
+    #[arg(long, value_name = "NAME")]
+    person: Option<String>,
     /// Where to record [default: a new file in the configuration's directory, unless the link is a simulation].
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
@@ -91,6 +101,9 @@ impl RunArgs {
             robot: None,
             config: None,
             demonstrations: Vec::new(),
+            model: None,
+            output: None,
+            person: None,
             record: None,
             no_record: true,
             port: None,
@@ -133,12 +146,26 @@ impl RunArgs {
         let open = config.page.open && watched && !self.no_browser && !json;
         let stop = Arc::new(AtomicBool::new(false));
         stop_at_signal(Arc::clone(&stop))?;
-        let plan = Plan {
-            library: library(
+        let library = match &self.model {
+            Some(file) => Some(Library::load(file)?),
+            None => library(
                 &self.demonstrations,
                 config.recognition.false_alarm_rate,
                 json,
             )?,
+        };
+        let people = &config.recording.people;
+        let person = (self.person.as_deref())
+            .map(|name| keep::read(people, name))
+            .transpose()?;
+        // As with recordings: of a simulation nothing stays that was not asked for.
+        let here = || file.clone().unwrap_or_else(|| PathBuf::from("tonus.toml"));
+        let keeper = Keeper::new(self.output, (!simulated).then(|| people.clone()))
+            .with_frames((!simulated).then(here));
+        let plan = Plan {
+            library: library.map(Arc::new),
+            keeper,
+            person,
             config,
             link,
             hands: (self.story).then(|| Box::new(Story::default()) as Box<dyn Hands>),
@@ -149,7 +176,6 @@ impl RunArgs {
             lsl: self.lsl,
             seed: self.seed,
             pace: self.pace,
-            keep: (!simulated).then(|| file.clone().unwrap_or_else(|| PathBuf::from("tonus.toml"))),
             ask_passkey: Arc::new(ask_passkey),
             stop,
         };
@@ -162,27 +188,19 @@ impl RunArgs {
 }
 
 /// Learns from files; none from none.
-pub(crate) fn library(
+fn library(
     files: &[PathBuf],
     false_alarm_rate: f64,
     json: bool,
-) -> anyhow::Result<Option<Arc<Library>>> {
+) -> anyhow::Result<Option<Library>> {
     if files.is_empty() {
         return Ok(None);
     }
-    let dofs = DOFS.map(str::to_owned);
-    let choice = Choice {
-        dofs: &dofs,
-        exclude: &[],
-    };
-    let mut all = Vec::new();
-    for file in files {
-        all.extend(read(&Table::open(file)?, &choice)?);
-    }
+    let all = options::live_demonstrations(files, &[])?;
     let learning = Progress::spinner("learning", !json && stderr().is_terminal());
     let library = Library::learn(&all, false_alarm_rate)?;
     learning.finish();
-    Ok(Some(Arc::new(library)))
+    Ok(Some(library))
 }
 
 /// Asks at the terminal for the six digits that a wearable shows.

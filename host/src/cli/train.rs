@@ -4,8 +4,11 @@ use std::io::{IsTerminal, stderr};
 use std::path::PathBuf;
 
 use serde_json::json;
+use tonus::config::Config;
 use tonus::demonstration::Demonstration;
+use tonus::library::Library;
 use tonus::model::cluster::Labelled;
+use tonus::model::novelty::Gate;
 use tonus::model::{
     Dof, EmConfig, Hyperparameters, HyperparametersError, Model, extend, learn, learn_em,
 };
@@ -19,6 +22,7 @@ use super::{UsageError, keep_inputs, options, say};
 const EXAMPLE: &str = "Example:
   tonus train lifts.csv pushes.csv -o skills.safetensors --dofs x,y,z,kz:N/m:log --basis gaussian:20
   tonus train more.csv --add-to skills.safetensors -o more.safetensors
+  tonus train recorded.csv --live -o skills.safetensors; tonus run --model skills.safetensors
 
 A demonstration is a contiguous run of rows with one `label` in one `trial`; `t_s` must strictly increase in it.
 Sampling may be irregular; a row with an empty cell in a chosen column is a gap (but see --em). Where a
@@ -66,6 +70,13 @@ pub(crate) struct TrainArgs {
     /// another.
     #[arg(long, value_name = "M", value_parser = options::not_negative, default_value = "0")]
     placement_m: f64,
+    /// Learn what `tonus run --model` follows: place and stiffness of hand and robot (the columns that `tonus
+    /// export` writes of demonstrations), and the gate that says what is none of the skills.
+    #[arg(long, conflicts_with_all = ["add_to", "em", "dofs", "basis", "ridge", "placement_m", "unlabelled", "components"])]
+    live: bool,
+    /// With --live: share of known movements that may be held as unknown [default: the configuration's default].
+    #[arg(long, value_name = "R", value_parser = options::fraction, requires = "live")]
+    false_alarm_rate: Option<f64>,
     #[command(flatten)]
     unlabelled: UnlabelledArgs,
 }
@@ -73,6 +84,7 @@ pub(crate) struct TrainArgs {
 /// A model, what it was learnt from, and what clustering found there.
 struct Learnt {
     model: Model,
+    gate: Option<Gate>,
     demonstrations: Vec<Demonstration>,
     labelled: Option<Labelled>,
 }
@@ -86,16 +98,17 @@ impl TrainArgs {
         let progress = Progress::spinner("learning", !json && stderr().is_terminal());
         let Learnt {
             model,
+            gate,
             demonstrations,
             labelled,
         } = self.learn()?;
-        store::save(&model, &self.output)?;
+        store::save(&model, gate.as_ref(), &self.output)?;
         progress.finish();
         let functions = model.parts().basis.count();
         let short = |demonstration: &&Demonstration| demonstration.t_s().len() < functions;
         let sparse = demonstrations.iter().filter(short).count();
         if json {
-            let mut summary = super::info::model_summary(&model);
+            let mut summary = super::info::model_summary(&model, gate.as_ref());
             summary["model"] = json!(self.output);
             summary["demonstrations"] = json!(demonstrations.len());
             summary["with_fewer_samples_than_functions"] = json!(sparse);
@@ -104,7 +117,7 @@ impl TrainArgs {
             }
             return say(&format!("{summary}\n"));
         }
-        let mut text = super::info::model_text(&model);
+        let mut text = super::info::model_text(&model, gate.as_ref());
         if sparse > 0 {
             text += &format!(
                 "{sparse} of {} demonstrations have fewer samples than the {functions} basis functions\n",
@@ -120,9 +133,20 @@ impl TrainArgs {
     fn learn(&self) -> anyhow::Result<Learnt> {
         let of = |model, demonstrations| Learnt {
             model,
+            gate: None,
             demonstrations,
             labelled: None,
         };
+        if self.live {
+            let demonstrations = options::live_demonstrations(&self.files, &self.exclude)?;
+            let rate = self.false_alarm_rate;
+            let rate = rate.unwrap_or(Config::default().recognition.false_alarm_rate);
+            let library = Library::learn(&demonstrations, rate)?;
+            return Ok(Learnt {
+                gate: Some(library.gate),
+                ..of(library.model, demonstrations)
+            });
+        }
         if let Some(path) = &self.add_to {
             let old = store::load(path)?;
             let added = options::demonstrations(&self.files, old.dofs(), &self.exclude)?;
@@ -146,6 +170,7 @@ impl TrainArgs {
             let labelled = self.unlabelled.label(&demonstrations, &valid)?;
             return Ok(Learnt {
                 model: learn(&labelled.demonstrations, &valid)?,
+                gate: None,
                 demonstrations,
                 labelled: Some(labelled),
             });

@@ -27,7 +27,7 @@ const fn number(
     }
 }
 
-const NUMBERS: [Number; 9] = [
+const NUMBERS: [Number; 10] = [
     number(
         "wearable.transport_ms",
         |c| c.wearable.transport_ms,
@@ -75,6 +75,12 @@ const NUMBERS: [Number; 9] = [
         |c| c.robot.damping_ratio,
         [0.5, 1.5],
         "0.5 to 1.5",
+    ),
+    number(
+        "robot.payload_kg",
+        |c| c.robot.payload_kg,
+        [0.0, 5.0],
+        "0 to 5 kg",
     ),
     number(
         "robot.rate_hz",

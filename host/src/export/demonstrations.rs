@@ -8,7 +8,8 @@ use crate::atomic;
 use crate::demonstration::Demonstration;
 use crate::library::Library;
 use crate::live::{
-    Act, Body, Engine, EngineConfig, EngineError, Input, LearnJob, Request, Timed, View, World,
+    Act, Body, Engine, EngineConfig, EngineError, Input, LearnJob, Profile, Request, Timed, View,
+    World,
 };
 use crate::recording::{ReadError, Reading};
 use crate::robot::command::Command;
@@ -66,6 +67,8 @@ impl<I: Iterator<Item = Result<Timed, ReadError>>> World for Replay<I> {
     fn learnt(&mut self) -> Option<Arc<Library>> {
         None
     }
+    fn measured(&mut self, _profile: &Profile) {}
+
     fn commanded(&mut self, _: u64, _: &Command) {}
     fn set(&mut self, _: u64, _: &Setpoint, _: State) {}
     fn show(&mut self, _: &View) {}

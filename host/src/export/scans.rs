@@ -17,7 +17,7 @@ const LIMIT: u64 = 864_000_000;
 /// Raw sEMG, scan by scan at a constant rate; scans that are missing hold the count that means zero volts.
 #[derive(Clone, Debug)]
 pub struct Scans {
-    /// What was known when the recording began.
+    /// What was known when the recording began, and whom it named first, if nobody was known.
     pub opening: Opening,
     /// How the wearable was set.
     pub configuration: Configuration,
@@ -59,11 +59,12 @@ impl Scans {
     pub fn read(path: &Path) -> Result<Self, ExportError> {
         let (found, _) = configuration(path)?;
         let reading = Reading::open(path)?;
-        let opening = reading.opening().clone();
+        let mut opening = reading.opening().clone();
         let mut placing = None;
         let mut demonstrations: Vec<(u64, Option<u64>, String)> = Vec::new();
         for timed in reading.inputs() {
             let Timed { at_us, input } = timed?;
+            opening.subject = opening.subject.or_else(|| input.wearer().cloned());
             match input {
                 Input::Act(Act::Record { label }) => demonstrations.push((at_us, None, label)),
                 Input::Act(Act::Stop) => {

@@ -8,7 +8,6 @@ use super::request::{Prompt, Request};
 use super::takes::{Kept, Take};
 use crate::demonstration::Demonstration;
 use crate::library::Library;
-use crate::store;
 
 /// Demonstrations to learn from, apart from the engine.
 #[derive(Debug, Clone)]
@@ -66,6 +65,7 @@ impl Engine {
             | Act::TeachUse
             | Act::TeachCancel => self.teach(act, world),
             Act::Calibrate(_)
+            | Act::Recall { .. }
             | Act::CheckFit
             | Act::CalibrationStep
             | Act::CalibrationNext
@@ -169,7 +169,7 @@ impl Engine {
     /// Learns what a recording says was learnt, and says so if it is another model.
     fn again(&mut self, job: &LearnJob, recorded: &[u8]) -> Result<Arc<Library>, String> {
         let library = job.run()?;
-        let same = store::to_bytes(&library.model).is_ok_and(|bytes| bytes == recorded);
+        let same = library.to_bytes().is_ok_and(|bytes| bytes == recorded);
         if !same {
             self.tell(
                 true,

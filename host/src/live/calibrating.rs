@@ -9,7 +9,7 @@ use super::request::{Prompt, Request};
 use super::view::{CalibrationView, FitView, Lamp};
 use super::wearable::{Calibrated, Wearable};
 use crate::calibration::{
-    CalibrationResult, FitCheck, Guide, Measured, Outcome, Pattern, Person, StepView, Verdict,
+    CalibrationResult, FitCheck, Guide, Measured, Outcome, Person, Profile, StepView, Verdict,
     volts,
 };
 
@@ -35,10 +35,11 @@ struct Guided {
 
 /// Why a calibration was sent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Sent {
+pub(super) enum Sent {
     ToMeasure,
     ToUse,
     Back,
+    Recalled,
 }
 
 /// What is held of calibrating.
@@ -47,14 +48,19 @@ pub(super) struct Calibrating {
     under: Option<Under>,
     /// On its way to the wearable.
     sent: Option<(Sent, Calibration, u32)>,
-    /// The last one that was measured here: whom, and how their channels look.
-    known: Option<(Person, Pattern)>,
+    /// The last one that was measured, here or before.
+    known: Option<Box<Profile>>,
+    /// Somebody measured before, as soon as the wearable says what it works with.
+    pub(super) recalled: Option<Box<Profile>>,
     verdict: Option<Verdict>,
-    /// What was found, of the calibration of this revision.
-    found: Option<(u32, CalibrationResult)>,
 }
 
 impl Calibrating {
+    /// Whether nobody is measured and nothing is on its way.
+    pub(super) fn idle(&self) -> bool {
+        self.under.is_none() && self.sent.is_none()
+    }
+
     /// Whether steps may be measured: the wearable answered.
     fn ready(&self) -> bool {
         self.under.is_some() && self.sent.is_none()
@@ -90,8 +96,9 @@ impl Calibrating {
         if let Some(Under::Guide(guided)) = &self.under {
             return guided.guide.result().map(|outcome| outcome.result.clone());
         }
-        let (revision, result) = self.found.as_ref()?;
-        (in_use?.revision == *revision).then(|| result.clone())
+        let known = self.known.as_ref()?;
+        let same = in_use?.revision == known.calibration().ok()?.revision;
+        same.then(|| known.result.clone())
     }
 
     fn outcome(&self) -> Option<&Outcome> {
@@ -105,10 +112,12 @@ impl Calibrating {
     pub(super) fn view(&self, wearable: &Wearable) -> CalibrationView {
         let in_use = wearable.calibration.as_ref();
         let name = |calibration: &Calibration| match &self.known {
-            Some((person, _)) => person.name.clone(),
+            Some(known) => known.person.name.clone(),
             None => format!("revision {}", calibration.revision),
         };
         CalibrationView {
+            // Whoever runs the engine knows.
+            people: Vec::new(),
             in_use: (in_use.filter(|calibration| calibration.revision != 0)).map(name),
             waiting: self.sent.is_some() || wearable.newest.is_some() && !wearable.introduced(),
             step: self.step(),
@@ -130,6 +139,7 @@ impl Engine {
     pub(super) fn calibrate(&mut self, act: Act, world: &mut impl World) -> Result<(), String> {
         match act {
             Act::Calibrate(person) => self.begin_guide(person, world),
+            Act::Recall { name, profile } => self.recall(&name, profile),
             Act::CheckFit => self.begin_check(),
             Act::CalibrationStep => {
                 if !self.calibrating.ready() {
@@ -162,7 +172,7 @@ impl Engine {
         }
     }
 
-    fn muscles(&self) -> Result<(Vec<Muscle>, f32), String> {
+    pub(super) fn muscles(&self) -> Result<(Vec<Muscle>, f32), String> {
         let configuration = self.wearable.configuration.as_ref();
         let configuration = configuration.ok_or("no wearable streams yet: connect it first")?;
         let used = usize::from(configuration.channels);
@@ -171,7 +181,7 @@ impl Engine {
     }
 
     fn begin_guide(&mut self, person: Person, world: &mut impl World) -> Result<(), String> {
-        if self.calibrating.under.is_some() || self.calibrating.sent.is_some() {
+        if !self.calibrating.idle() {
             return Err("somebody is being measured: finish or cancel that first".to_owned());
         }
         let (muscles, semg_hz) = self.muscles()?;
@@ -199,8 +209,8 @@ impl Engine {
         }
         let (muscles, _) = self.muscles()?;
         let known = self.calibrating.known.as_ref();
-        let (_, pattern) = known.ok_or("nobody was calibrated yet: calibrate first")?;
-        let check = FitCheck::begin(pattern.clone(), &muscles);
+        let known = known.ok_or("nobody was calibrated yet: calibrate first")?;
+        let check = FitCheck::begin(known.pattern.clone(), &muscles);
         let check = check.map_err(|error| error.to_string())?;
         self.calibrating.verdict = None;
         self.calibrating.under = Some(Under::Check(Box::new(check)));
@@ -246,7 +256,13 @@ impl Engine {
         Ok(())
     }
 
-    fn send(&mut self, why: Sent, calibration: Calibration, attempt: u32, world: &mut impl World) {
+    pub(super) fn send(
+        &mut self,
+        why: Sent,
+        calibration: Calibration,
+        attempt: u32,
+        world: &mut impl World,
+    ) {
         let now_us = self.now_us;
         if let Some(frame) = self.wearable.calibrate(calibration, now_us) {
             self.calibrating.sent = Some((why, calibration, attempt));
@@ -262,6 +278,7 @@ impl Engine {
 
     /// A reply came, or time passed: what became of the calibration on its way.
     pub(super) fn answered(&mut self, reply: Option<&Reply>, world: &mut impl World) {
+        self.recall_due(world);
         let Some(became) = self.wearable.calibrated(reply, self.now_us) else {
             return;
         };
@@ -271,9 +288,16 @@ impl Engine {
         match became {
             Calibrated::Done => {
                 self.wearable.calibration = Some(calibration);
-                if why == Sent::ToUse {
-                    self.wearable.unconfirmed = true;
-                    self.in_use();
+                match why {
+                    Sent::ToUse => {
+                        self.wearable.unconfirmed = true;
+                        self.in_use(world);
+                    }
+                    Sent::Recalled => {
+                        self.wearable.unconfirmed = true;
+                        self.recalled();
+                    }
+                    Sent::ToMeasure | Sent::Back => {}
                 }
             }
             Calibrated::Silent if attempt < ATTEMPTS => {
@@ -288,24 +312,31 @@ impl Engine {
                     true,
                     format!("the wearable did not take the calibration: {because}; try again"),
                 );
-                if why == Sent::ToMeasure {
-                    self.calibrating.under = None;
+                match why {
+                    Sent::ToMeasure => self.calibrating.under = None,
+                    Sent::Recalled => self.calibrating.recalled = None,
+                    Sent::ToUse | Sent::Back => {}
                 }
             }
         }
     }
 
     /// The wearable works with what was measured.
-    fn in_use(&mut self) {
+    fn in_use(&mut self, world: &mut impl World) {
         if let Some(Under::Guide(guided)) = self.calibrating.under.take()
             && let Some(outcome) = guided.guide.result()
         {
-            let text = format!("the calibration of {} is in use", guided.person.name);
-            let revision = outcome.calibration.revision;
-            self.calibrating.found = Some((revision, outcome.result.clone()));
-            self.calibrating.known = Some((guided.person.clone(), outcome.pattern.clone()));
-            self.tell(false, text);
+            let profile = Profile::new(&guided.person, outcome);
+            world.measured(&profile);
+            self.know(Box::new(profile));
         }
+    }
+
+    pub(super) fn know(&mut self, profile: Box<Profile>) {
+        let text = format!("the calibration of {} is in use", profile.person.name);
+        self.calibrating.known = Some(profile);
+        self.calibrating.verdict = None;
+        self.tell(false, text);
     }
 
     /// One instant for whatever is measured.

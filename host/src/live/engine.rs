@@ -20,6 +20,7 @@ use super::teaching::{Frames, Teaching};
 use super::trace::Traces;
 use super::view::{Message, View};
 use super::wearable::{Heard, Wearable};
+use crate::calibration::Profile;
 use crate::clock::{ClockError, Notice};
 use crate::library::Library;
 use crate::model::recognise::RecogniseError;
@@ -54,6 +55,8 @@ pub trait World {
     fn learn(&mut self, job: LearnJob);
     /// What the last [`Input::Learnt`] told of, if it is at hand; otherwise it is learnt there and then.
     fn learnt(&mut self) -> Option<Arc<Library>>;
+    /// A person was measured, and the wearable works with it.
+    fn measured(&mut self, profile: &Profile);
     /// A command was made, before the gate.
     fn commanded(&mut self, at_us: u64, command: &Command);
     /// What the robot is told now, behind the gate.

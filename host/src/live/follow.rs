@@ -4,6 +4,7 @@ use crate::robot::arm::{ArmError, ImpedanceArm};
 use crate::robot::command::Command;
 use crate::robot::gate::{ArmRefusal, Cause, Gate, State};
 use crate::robot::limits::{ConfigError, Fallback, Limits, Setpoint};
+use crate::robot::simulated::MassError;
 
 /// The gate's period, microseconds.
 const PERIOD_US: u64 = 1_000;
@@ -147,10 +148,23 @@ impl Follow {
     }
 }
 
-/// The simulated arm with its hand at home.
+/// Why there is no simulated arm.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum BodyError {
+    /// Its home.
+    #[error(transparent)]
+    Home(#[from] ArmError),
+    /// What it carries.
+    #[error(transparent)]
+    Payload(#[from] MassError),
+}
+
+/// The simulated arm with its hand at home, and so much in it.
 ///
 /// # Errors
-/// [`ArmError::Unreachable`] for a home out of its reach.
-pub fn simulated(home_m: [f64; 3]) -> Result<Body, ArmError> {
-    Ok(Body::Simulated(Box::new(ImpedanceArm::at(home_m)?)))
+/// [`BodyError`]: a home out of its reach, a mass that is none.
+pub fn simulated(home_m: [f64; 3], payload_kg: f64) -> Result<Body, BodyError> {
+    let mut arm = ImpedanceArm::at(home_m)?;
+    arm.carry(payload_kg)?;
+    Ok(Body::Simulated(Box::new(arm)))
 }

@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::calibration::Person;
+use crate::calibration::{Person, Profile};
 
 /// An input and when it happened.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,7 +29,7 @@ pub enum Input {
     Robot(RobotSeen),
     /// A person did something, on the page or in the terminal.
     Act(Act),
-    /// Learning ended: a model as `store::to_bytes` writes it, or why there is none.
+    /// Learning ended: skills as their file has them, or why there is none.
     Learnt(Result<Vec<u8>, String>),
 }
 
@@ -89,12 +89,32 @@ pub struct RobotSeen {
     pub stiffness_n_per_m: [f64; 3],
 }
 
+impl Input {
+    /// Whom it names as the one who wears the wearable.
+    #[must_use]
+    pub fn wearer(&self) -> Option<&Person> {
+        match self {
+            Self::Act(Act::Calibrate(person)) => Some(person),
+            Self::Act(Act::Recall { profile, .. }) => Some(&profile.as_ref()?.person),
+            _ => None,
+        }
+    }
+}
+
 /// What a person does. As JSON: `{"act": "record", "label": "lift_book"}`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "act", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Act {
     /// Begin the guided calibration of a person.
     Calibrate(Person),
+    /// Use what was measured of a person before. Whoever runs the engine looks it up.
+    Recall {
+        /// Their name.
+        name: String,
+        /// What is kept of them; none if nothing is.
+        #[serde(default)]
+        profile: Option<Box<Profile>>,
+    },
     /// Begin the check whether the wearable sits as it did when it was calibrated.
     CheckFit,
     /// Begin the step of the calibration that is shown, or do it again.

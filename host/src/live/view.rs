@@ -224,6 +224,8 @@ pub struct CalibrationView {
     pub in_use: Option<String>,
     /// Whether the wearable has yet to answer: until then nothing is begun, measured or used.
     pub waiting: bool,
+    /// Who was measured before and can be recalled, sorted.
+    pub people: Vec<String>,
     /// The step under way, if somebody calibrates.
     pub step: Option<StepView>,
     /// What was measured, once it is; after that, what stands behind the calibration in use, if it was measured here.

@@ -18,7 +18,7 @@ pub struct Opening {
     pub configuration: String,
     /// The calibration in use, as its own file has it; none for the illustrative one of nobody.
     pub calibration: Option<String>,
-    /// The model in use, as `store::to_bytes` writes it.
+    /// The model in use, as its file has it.
     pub model: Option<Vec<u8>>,
 }
 

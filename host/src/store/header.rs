@@ -5,6 +5,7 @@ use tonus_shared::promp::{Basis, BasisError, Family};
 
 use super::tensors::Numbers;
 use super::{ContentError, SCHEMA_VERSION};
+use crate::model::novelty::{Gate, GateError, GateParts};
 use crate::model::{Dof, Durations, Fitted, Learner, Parts, Predictive, Shrinkage};
 
 /// Everything of a model but its matrices.
@@ -29,6 +30,65 @@ pub(super) struct Header {
     ridge: f64,
     placement_m: f64,
     shrinkage: ShrinkageHeader,
+    /// Of a model that is ready to be followed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) gate: Option<GateHeader>,
+}
+
+/// Everything of a novelty gate but its matrices.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct GateHeader {
+    /// DoFs of the model that it looks at, from 0.
+    dofs: Vec<usize>,
+    /// Of the instants that it looks at.
+    phases: Vec<f64>,
+    pub(super) classes: Vec<String>,
+    /// Class of each reference, from 0.
+    pub(super) references: Vec<usize>,
+    tail: f64,
+    false_alarm_rate: f64,
+}
+
+impl GateHeader {
+    fn of(parts: &GateParts) -> Self {
+        Self {
+            dofs: parts.dofs.iter().map(|(index, _)| *index).collect(),
+            phases: parts.phases.clone(),
+            classes: parts.classes.clone(),
+            references: parts.skills.clone(),
+            tail: parts.tail,
+            false_alarm_rate: parts.false_alarm_rate,
+        }
+    }
+
+    /// Instants times DoFs.
+    pub(super) fn rows(&self) -> usize {
+        self.phases.len().saturating_mul(self.dofs.len())
+    }
+
+    /// The gate, with the numbers of the tensors. `dofs`: the model's.
+    fn gate(self, dofs: &[Dof], numbers: &mut Numbers) -> Result<Gate, ContentError> {
+        let looked_at = self.dofs.into_iter().map(|index| {
+            let dof = dofs.get(index).cloned();
+            dof.map(|dof| (index, dof)).ok_or(GateError::Config {
+                what: "the greatest DoF",
+                value: index as f64,
+                range: "one of the model's",
+            })
+        });
+        Ok(Gate::assemble(GateParts {
+            dofs: looked_at.collect::<Result<_, _>>()?,
+            phases: self.phases,
+            classes: self.classes,
+            factors: numbers.take("gate_factor"),
+            references: numbers.take("gate_reference"),
+            skills: self.references,
+            tail: self.tail,
+            thresholds: numbers.take("gate_threshold"),
+            false_alarm_rate: self.false_alarm_rate,
+        })?)
+    }
 }
 
 #[derive(Serialize, Deserialize)]
@@ -74,7 +134,7 @@ struct Versioned {
 }
 
 impl Header {
-    pub(super) fn of(parts: &Parts) -> Self {
+    pub(super) fn of(parts: &Parts, gate: Option<&Gate>) -> Self {
         let functions = parts.basis.count();
         let kept = parts.demonstrations.iter();
         let kept = kept.map(|one| DemonstrationHeader {
@@ -114,6 +174,7 @@ impl Header {
                 diagonal: parts.diagonal_share,
                 chosen: parts.shrinkage == Shrinkage::LeaveOneOut,
             },
+            gate: gate.map(|gate| GateHeader::of(gate.parts())),
         }
     }
 
@@ -139,8 +200,17 @@ impl Header {
         }
     }
 
+    /// The gate, if there is one, with the numbers of the tensors.
+    ///
+    /// # Errors
+    /// Parts that make no gate.
+    pub(super) fn gate(&mut self, numbers: &mut Numbers) -> Result<Option<Gate>, ContentError> {
+        let gate = self.gate.take();
+        gate.map(|gate| gate.gate(&self.dofs, numbers)).transpose()
+    }
+
     /// The parts, with the numbers of the tensors.
-    pub(super) fn parts(self, basis: Basis, numbers: Numbers) -> Parts {
+    pub(super) fn parts(self, basis: Basis, mut numbers: Numbers) -> Parts {
         let durations = self.durations.into_iter().map(|d| Durations {
             mean_s: d.mean_s,
             std_s: d.std_s,
@@ -153,13 +223,16 @@ impl Header {
             let rows = list.chunks_exact(width.max(1));
             rows.map(<[f64]>::to_vec).collect()
         };
-        let weights = rows(&numbers.weights, dofs.saturating_mul(basis.count()));
-        let moments = rows(&numbers.means, dofs)
+        let weights = rows(
+            &numbers.take("demonstration_weight"),
+            dofs.saturating_mul(basis.count()),
+        );
+        let moments = rows(&numbers.take("demonstration_mean"), dofs)
             .into_iter()
-            .zip(rows(&numbers.squares, dofs));
+            .zip(rows(&numbers.take("demonstration_square"), dofs));
         let numbered = weights
             .into_iter()
-            .zip(rows(&numbers.residuals, dofs))
+            .zip(rows(&numbers.take("demonstration_residual"), dofs))
             .zip(moments);
         let kept = self.demonstrations.into_iter().zip(numbered);
         let kept = kept.map(
@@ -190,12 +263,12 @@ impl Header {
             predictive: self.predictive,
             learner: self.learner,
             demonstrations: kept.collect(),
-            scale: numbers.scale,
+            scale: numbers.take("scale"),
             rank: self.rank,
-            loading: numbers.loading,
-            weight_means: numbers.weight_means,
-            roots: numbers.roots,
-            residual_variance: numbers.residual_variance,
+            loading: numbers.take("loading"),
+            weight_means: numbers.take("weight_mean"),
+            roots: numbers.take("root"),
+            residual_variance: numbers.take("residual_variance"),
             ridge: self.ridge,
             placement_m: self.placement_m,
             shrinkage: if chosen {

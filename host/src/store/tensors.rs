@@ -1,117 +1,78 @@
 //! The tensors of a model file: names, shapes, bytes.
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 use safetensors::tensor::{Dtype, SafeTensors, View};
 
 use super::ContentError;
 use super::header::Header;
+use crate::model::novelty::Gate;
 use crate::model::{Fitted, Parts};
 
-/// How many tensors of numbers there are.
-const COUNT: usize = 9;
-
-/// Shapes of the tensors of numbers.
-pub(super) struct Shapes {
-    demonstrations: usize,
-    skills: usize,
-    dofs: usize,
-    functions: usize,
-    rank: usize,
-}
-
-impl Shapes {
-    pub(super) const fn of_parts(parts: &Parts) -> Self {
-        Self {
-            demonstrations: parts.demonstrations.len(),
-            skills: parts.labels.len(),
-            dofs: parts.dofs.len(),
-            functions: parts.basis.count(),
-            rank: parts.rank,
-        }
+/// Shapes of the tensors of numbers by name, which is the order of the checksum. `functions`: of the basis.
+pub(super) fn shapes(header: &Header, functions: usize) -> BTreeMap<&'static str, Vec<usize>> {
+    let (kept, dofs) = (header.demonstrations.len(), header.dofs.len());
+    let (skills, rank) = (header.labels.len(), header.rank);
+    let mut shapes = BTreeMap::from([
+        ("demonstration_mean", vec![kept, dofs]),
+        ("demonstration_residual", vec![kept, dofs]),
+        ("demonstration_square", vec![kept, dofs]),
+        ("demonstration_weight", vec![kept, dofs, functions]),
+        ("loading", vec![dofs, functions, rank]),
+        ("residual_variance", vec![dofs]),
+        ("root", vec![skills, rank, rank]),
+        ("scale", vec![dofs]),
+        ("weight_mean", vec![skills, dofs, functions]),
+    ]);
+    if let Some(gate) = &header.gate {
+        let rows = gate.rows();
+        // Saturates where a header lies; no tensor has such a shape.
+        let triangle = rows.saturating_mul(rows.saturating_add(1)) / 2;
+        shapes.insert("gate_factor", vec![gate.classes.len(), triangle]);
+        shapes.insert("gate_reference", vec![gate.references.len(), rows]);
+        shapes.insert("gate_threshold", vec![rows]);
     }
-
-    pub(super) const fn of_header(header: &Header, functions: usize) -> Self {
-        Self {
-            demonstrations: header.demonstrations.len(),
-            skills: header.labels.len(),
-            dofs: header.dofs.len(),
-            functions,
-            rank: header.rank,
-        }
-    }
-
-    /// By name, in the order of the checksum and of [`Numbers::named`].
-    pub(super) fn named(&self) -> [(&'static str, Vec<usize>); COUNT] {
-        let Self {
-            demonstrations,
-            skills,
-            dofs,
-            functions,
-            rank,
-        } = *self;
-        [
-            ("demonstration_mean", vec![demonstrations, dofs]),
-            ("demonstration_residual", vec![demonstrations, dofs]),
-            ("demonstration_square", vec![demonstrations, dofs]),
-            (
-                "demonstration_weight",
-                vec![demonstrations, dofs, functions],
-            ),
-            ("loading", vec![dofs, functions, rank]),
-            ("residual_variance", vec![dofs]),
-            ("root", vec![skills, rank, rank]),
-            ("scale", vec![dofs]),
-            ("weight_mean", vec![skills, dofs, functions]),
-        ]
-    }
+    shapes
 }
 
 /// The numbers of the tensors.
-pub(super) struct Numbers {
-    pub(super) means: Vec<f64>,
-    pub(super) residuals: Vec<f64>,
-    pub(super) squares: Vec<f64>,
-    pub(super) weights: Vec<f64>,
-    pub(super) loading: Vec<f64>,
-    pub(super) residual_variance: Vec<f64>,
-    pub(super) roots: Vec<f64>,
-    pub(super) scale: Vec<f64>,
-    pub(super) weight_means: Vec<f64>,
-}
+pub(super) struct Numbers(BTreeMap<&'static str, Vec<f64>>);
 
 impl Numbers {
-    pub(super) fn of(parts: &Parts) -> Self {
+    pub(super) fn of(parts: &Parts, gate: Option<&Gate>) -> Self {
         let all = |list: fn(&Fitted) -> &[f64]| {
             let lists = parts.demonstrations.iter().map(list);
             lists.collect::<Vec<_>>().concat()
         };
-        Self {
-            means: all(|one| &one.means),
-            residuals: all(|one| &one.residual_squares),
-            squares: all(|one| &one.squares),
-            weights: all(|one| &one.weights),
-            loading: parts.loading.clone(),
-            residual_variance: parts.residual_variance.clone(),
-            roots: parts.roots.clone(),
-            scale: parts.scale.clone(),
-            weight_means: parts.weight_means.clone(),
+        let mut numbers = BTreeMap::from([
+            ("demonstration_mean", all(|one| &one.means)),
+            ("demonstration_residual", all(|one| &one.residual_squares)),
+            ("demonstration_square", all(|one| &one.squares)),
+            ("demonstration_weight", all(|one| &one.weights)),
+            ("loading", parts.loading.clone()),
+            ("residual_variance", parts.residual_variance.clone()),
+            ("root", parts.roots.clone()),
+            ("scale", parts.scale.clone()),
+            ("weight_mean", parts.weight_means.clone()),
+        ]);
+        if let Some(gate) = gate {
+            let gate = gate.parts();
+            numbers.insert("gate_factor", gate.factors.clone());
+            numbers.insert("gate_reference", gate.references.clone());
+            numbers.insert("gate_threshold", gate.thresholds.clone());
         }
+        Self(numbers)
     }
 
-    /// In the order of [`Shapes::named`].
-    pub(super) fn named(&self) -> [&[f64]; COUNT] {
-        [
-            &self.means,
-            &self.residuals,
-            &self.squares,
-            &self.weights,
-            &self.loading,
-            &self.residual_variance,
-            &self.roots,
-            &self.scale,
-            &self.weight_means,
-        ]
+    /// Of tensors in the order of [`shapes`].
+    pub(super) fn read<'a>(raw: impl Iterator<Item = (&'static str, &'a [u8])>) -> Self {
+        Self(raw.map(|(name, raw)| (name, numbers(raw))).collect())
+    }
+
+    /// A tensor's numbers, once; none of one that is not there.
+    pub(super) fn take(&mut self, name: &str) -> Vec<f64> {
+        self.0.remove(name).unwrap_or_default()
     }
 }
 
@@ -181,7 +142,7 @@ pub(super) fn data<'a>(
 }
 
 /// The `f64`s of these bytes.
-pub(super) fn numbers(raw: &[u8]) -> Vec<f64> {
+fn numbers(raw: &[u8]) -> Vec<f64> {
     let (eights, _) = raw.as_chunks::<8>();
     let eights = eights.iter();
     eights.map(|eight| f64::from_le_bytes(*eight)).collect()

@@ -2,6 +2,7 @@
 
 pub mod doctor;
 pub mod hands;
+pub mod keep;
 pub mod play;
 pub mod real;
 pub mod run;

@@ -4,8 +4,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::setup::{self, SetupError};
+use crate::calibration::Profile;
 use crate::config::{Config, ConfigError};
-use crate::library::Library;
+use crate::library::{Library, LibraryError};
 use crate::live::{Engine, EngineError, Input, LearnJob, Request, View, World};
 use crate::recording::{Entry, ReadError, Reading};
 use crate::robot::command::Command;
@@ -56,33 +57,27 @@ pub enum PlayError {
     /// The engine.
     #[error(transparent)]
     Engine(#[from] EngineError),
-    /// A run that began with skills, whose demonstrations are not in the recording.
-    #[error(
-        "this run began with skills that were learnt before it: play it with the same files, --demonstrations"
-    )]
-    Skills,
+    /// The skills that the run began with.
+    #[error(transparent)]
+    Library(#[from] LibraryError),
 }
 
-/// Plays a recording; `watch` sees every view. `library`: the skills that the run began with, if it did.
+/// Plays a recording; `watch` sees every view.
 ///
 /// # Errors
 /// [`PlayError`].
-pub fn play(
-    file: &Path,
-    library: Option<Arc<Library>>,
-    watch: impl FnMut(&View),
-) -> Result<Played, PlayError> {
+pub fn play(file: &Path, watch: impl FnMut(&View)) -> Result<Played, PlayError> {
     let reading = Reading::open(file)?;
     let opening = reading.opening().clone();
     let config = Config::parse(&opening.configuration, file)?;
-    if opening.model.is_some() && library.is_none() {
-        return Err(PlayError::Skills);
-    }
+    let library = (opening.model.as_deref())
+        .map(|bytes| Library::from_bytes(bytes, file))
+        .transpose()?;
     let link: LinkChoice = config.wearable.link.parse()?;
     let mut engine = Engine::new(
         setup::engine(&config, &link)?,
         setup::body(&config)?,
-        library,
+        library.map(Arc::new),
     )?;
     let mut world = Replayed {
         entries: reading,
@@ -186,6 +181,8 @@ impl<Watch: FnMut(&View)> World for Replayed<Watch> {
     fn learnt(&mut self) -> Option<Arc<Library>> {
         None
     }
+
+    fn measured(&mut self, _profile: &Profile) {}
 
     fn commanded(&mut self, at_us: u64, command: &Command) {
         self.made += 1;

@@ -1,19 +1,19 @@
 //! The engine in real time: devices in their threads, a page, a file, a robot.
 
 use std::collections::VecDeque;
-use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use super::hands::Hands;
+use super::keep::Keeper;
 use crate::broadcast::Speaker;
-use crate::config::{Config, ConfigError};
+use crate::calibration::Profile;
 use crate::library::Library;
 use crate::link::ble::Passkeys;
 use crate::live::{
-    Act, Frames, Injector, Input, Inputs, LearnJob, PasskeyView, Plug, Request, RobotSeen, View,
-    World,
+    Act, Frames, Injector, Input, Inputs, LearnJob, Message, PasskeyView, Plug, Request, RobotSeen,
+    View, World,
 };
 use crate::page::Page;
 use crate::recording::{Entry, Recorder};
@@ -21,7 +21,6 @@ use crate::robot::command::Command;
 use crate::robot::gate::State;
 use crate::robot::limits::Setpoint;
 use crate::robot::udp::UdpRobot;
-use crate::store;
 
 /// The engine wakes so often at least: the robot's period.
 const WAKE: Duration = Duration::from_millis(1);
@@ -48,9 +47,7 @@ pub struct Real {
     acts: VecDeque<Act>,
     learnt: Learnt,
     passkeys: Passkeys,
-    keep: Option<PathBuf>,
-    /// What became of what was taught last.
-    kept: Option<String>,
+    keeper: Keeper,
     stop: Arc<AtomicBool>,
     end_us: Option<u64>,
     /// Whether the run ends when they are done.
@@ -77,10 +74,10 @@ pub struct Parts {
     pub robot: Option<UdpRobot>,
     /// Where pairing asks for a passkey.
     pub passkeys: Passkeys,
-    /// The configuration's file, which keeps what is taught.
-    pub keep: Option<PathBuf>,
     /// Who presses the buttons beside the page.
     pub hands: Option<Box<dyn Hands>>,
+    /// Writes what outlives the run.
+    pub keeper: Keeper,
     /// Set from outside to end the run.
     pub stop: Arc<AtomicBool>,
     /// The run ends then, session time, microseconds.
@@ -117,8 +114,7 @@ impl Real {
             acts: VecDeque::new(),
             learnt: Learnt::default(),
             passkeys: parts.passkeys,
-            keep: parts.keep,
-            kept: None,
+            keeper: parts.keeper,
             stop: parts.stop,
             end_us: parts.end_us,
             ends: parts.ends_with_hands,
@@ -150,17 +146,6 @@ impl Real {
             recorder.note(entry);
         }
     }
-}
-
-/// Writes what was taught into the file as it is now: what the command line put in its place for this run stays out of it.
-fn kept(file: &Path, frames: &Frames) -> Result<(), ConfigError> {
-    let config = if file.is_file() {
-        Config::read(file)?
-    } else {
-        Config::default()
-    };
-    let robot = frames.robot.map(|transform| transform.to_stored());
-    config.taught(frames.shoulder, robot).keep(file)
 }
 
 impl World for Real {
@@ -207,9 +192,11 @@ impl World for Real {
 
     fn learn(&mut self, job: LearnJob) {
         let (learnt, injector) = (Arc::clone(&self.learnt), self.injector.clone());
+        let keeper = self.keeper.clone();
         let work = move || {
             let outcome = job.run().and_then(|library| {
-                let bytes = store::to_bytes(&library.model).map_err(|error| error.to_string())?;
+                let bytes = library.to_bytes().map_err(|error| error.to_string())?;
+                keeper.skills(&library);
                 let mut slot = learnt.lock().unwrap_or_else(PoisonError::into_inner);
                 *slot = Some(Arc::new(library));
                 Ok(bytes)
@@ -231,6 +218,10 @@ impl World for Real {
     fn learnt(&mut self) -> Option<Arc<Library>> {
         let mut slot = self.learnt.lock().unwrap_or_else(PoisonError::into_inner);
         slot.take()
+    }
+
+    fn measured(&mut self, profile: &Profile) {
+        self.keeper.person(profile);
     }
 
     fn commanded(&mut self, at_us: u64, command: &Command) {
@@ -256,13 +247,7 @@ impl World for Real {
     }
 
     fn taught(&mut self, frames: &Frames) {
-        self.kept = Some(match &self.keep {
-            None => "in use until the program ends: a simulation's are not kept".to_owned(),
-            Some(file) => match kept(file, frames) {
-                Ok(()) => format!("in use, and kept in {}", file.display()),
-                Err(error) => format!("in use until the program ends, and not kept: {error}"),
-            },
-        });
+        self.keeper.frames(frames);
     }
 
     fn show(&mut self, view: &View) {
@@ -275,8 +260,15 @@ impl World for Real {
             wanted_by: wanted.by,
             left_s: wanted.left.as_secs_f64(),
         });
-        view.teaching.kept.clone_from(&self.kept);
+        view.teaching.kept = self.keeper.kept_frames();
         view.file = self.recorder.as_ref().map(Recorder::state);
+        view.calibration.people = self.keeper.names();
+        view.messages
+            .extend(self.keeper.problem().map(|text| Message {
+                at_us: view.at_us,
+                problem: true,
+                text,
+            }));
         if let Some(page) = &self.page {
             page.show(&view);
         }

@@ -6,14 +6,16 @@ use std::sync::atomic::AtomicBool;
 use std::thread::JoinHandle;
 
 use super::hands::Hands;
+use super::keep::Keeper;
 use super::real::{Left, Parts, Real};
 use super::setup::{self, SetupError};
 use super::story::Told;
 use crate::broadcast::{Speaker, SpeakerError};
+use crate::calibration::Profile;
 use crate::config::Config;
 use crate::library::Library;
 use crate::link::ble::{AskPasskey, Passkeys, passkey};
-use crate::live::{Act, Engine, EngineError, Input, Inputs, Port, SessionClock, View};
+use crate::live::{Act, Engine, EngineError, Injector, Input, Inputs, Port, SessionClock, View};
 use crate::page::{Page, PageError};
 use crate::recording::{Finished, Opening, ReadError, RecordError, Recorder};
 use crate::source::{LinkChoice, hand, lsl, myo, replay, serial, simulated, wearable};
@@ -38,12 +40,14 @@ pub struct Plan {
     pub lsl: bool,
     /// Skills known before.
     pub library: Option<Arc<Library>>,
+    /// Keeps skills that are learnt and people who are measured.
+    pub keeper: Keeper,
+    /// Who wears the wearable, as they were measured before.
+    pub person: Option<Profile>,
     /// Seed of what is simulated.
     pub seed: u64,
     /// A recording in the wearable's place runs so many times as fast as it was.
     pub pace: f64,
-    /// The configuration's file, which keeps what is taught by touching; none in a simulation, whose frames are no real ones.
-    pub keep: Option<PathBuf>,
     /// Asks whoever sits there for the passkey that a wearable shows.
     pub ask_passkey: AskPasskey,
     /// Set from outside to end it.
@@ -116,18 +120,14 @@ pub fn run(
     let speaker = speaker.transpose()?;
     let injector = inputs.injector();
     let passkeys = Passkeys::new(plan.page);
-    let page = plan.page.then(|| {
-        let asking = passkeys.clone();
-        let acts = move |act: Act| {
-            // A page that acts faster than the engine takes is told by what does not happen.
-            let _room = injector.input(Input::Act(act));
-        };
-        Page::serve(plan.config.page.port, acts, move |typed| {
-            let given = passkey(typed).and_then(|passkey| asking.give(passkey));
-            given.map_err(|not_taken| not_taken.to_string())
-        })
-    });
-    let page = page.transpose()?;
+    if let Some(profile) = &plan.person {
+        // The queue is empty.
+        let _room = injector.input(Input::Act(Act::Recall {
+            name: profile.person.name.clone(),
+            profile: Some(Box::new(profile.clone())),
+        }));
+    }
+    let page = (plan.page.then(|| serve(&plan, injector, &passkeys))).transpose()?;
     if let Some(page) = &page {
         served(page.url());
     }
@@ -148,9 +148,9 @@ pub fn run(
         recorder,
         speaker,
         passkeys,
-        keep: plan.keep,
         robot: setup::controller(&plan.config)?,
         hands: plan.hands,
+        keeper: plan.keeper,
         stop: plan.stop,
         #[allow(
             clippy::cast_possible_truncation,
@@ -174,14 +174,38 @@ pub fn run(
     })
 }
 
+/// The page: acts go to the engine, a passkey to whoever asks for it.
+fn serve(plan: &Plan, injector: Injector, passkeys: &Passkeys) -> Result<Page, PageError> {
+    let (keeper, asking) = (plan.keeper.clone(), passkeys.clone());
+    let acts = move |act: Act| {
+        // A page that acts faster than the engine takes is told by what does not happen.
+        let _room = injector.input(Input::Act(looked_up(act, &keeper)));
+    };
+    Page::serve(plan.config.page.port, acts, move |typed| {
+        let given = passkey(typed).and_then(|passkey| asking.give(passkey));
+        given.map_err(|not_taken| not_taken.to_string())
+    })
+}
+
 fn opening(plan: &Plan) -> Opening {
     Opening {
         configuration: plan.config.text(),
-        model: (plan.library.as_deref())
-            .and_then(|library| crate::store::to_bytes(&library.model).ok()),
+        model: (plan.library.as_deref()).and_then(|library| library.to_bytes().ok()),
+        subject: plan.person.as_ref().map(|profile| profile.person.clone()),
+        calibration: plan.person.as_ref().map(Profile::text),
         version: env!("CARGO_PKG_VERSION").to_owned(),
         started_unix_us: unix_us(),
-        ..Opening::default()
+    }
+}
+
+/// What is kept of whom an act names: a window gives a name, never numbers.
+fn looked_up(act: Act, keeper: &Keeper) -> Act {
+    match act {
+        Act::Recall { name, .. } => {
+            let profile = keeper.recall(&name).ok().map(Box::new);
+            Act::Recall { name, profile }
+        }
+        other => other,
     }
 }
 

@@ -8,8 +8,7 @@ use rand::rngs::SysRng;
 use crate::clock::ClockConfig;
 use crate::config::Config;
 use crate::leap::{self, ServiceError, Side, Wanted};
-use crate::live::{Body, EngineConfig, simulated};
-use crate::robot::arm::ArmError;
+use crate::live::{Body, BodyError, EngineConfig, simulated};
 use crate::robot::udp::{self, UdpError, UdpRobot};
 use crate::session::SessionConfig;
 use crate::source::LinkChoice;
@@ -34,7 +33,7 @@ pub enum SetupError {
     Leap(#[from] ServiceError),
     /// The simulated robot.
     #[error(transparent)]
-    Simulated(#[from] ArmError),
+    Simulated(#[from] BodyError),
     /// The address of the robot's controller.
     #[error("[robot] to: {0}")]
     Udp(#[from] UdpError),
@@ -78,7 +77,7 @@ pub fn robot(config: &Config) -> Result<RobotChoice, SetupError> {
 /// [`SetupError`].
 pub fn body(config: &Config) -> Result<Body, SetupError> {
     match robot(config)? {
-        RobotChoice::Simulated => Ok(simulated(config.robot.home_m)?),
+        RobotChoice::Simulated => Ok(simulated(config.robot.home_m, config.robot.payload_kg)?),
         RobotChoice::Udp(_) => Ok(Body::External),
     }
 }

@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use super::story::Story;
+use crate::calibration::Profile;
 use crate::library::Library;
 use crate::live::{Act, Input, LearnJob, Request, View, World};
 use crate::robot::command::Command;
 use crate::robot::gate::State;
 use crate::robot::limits::Setpoint;
 use crate::source::simulated::SimulatedDevices;
-use crate::store;
 use std::collections::VecDeque;
 
 /// Devices are asked for what came so often, microseconds: an event loop that is never late.
@@ -35,6 +35,8 @@ pub trait Someone {
     }
     /// May disturb the devices; called every millisecond.
     fn meddle(&mut self, _devices: &mut SimulatedDevices, _now_us: u64) {}
+    /// Somebody was measured.
+    fn measured(&mut self, _profile: &Profile) {}
     /// A command was made.
     fn commanded(&mut self, _devices: &SimulatedDevices, _at_us: u64, _command: &Command) {}
     /// The robot is told.
@@ -103,7 +105,7 @@ impl<Person: Someone> World for Virtual<Person> {
 
     fn learn(&mut self, job: LearnJob) {
         let outcome = job.run().and_then(|library| {
-            let bytes = store::to_bytes(&library.model).map_err(|error| error.to_string())?;
+            let bytes = library.to_bytes().map_err(|error| error.to_string())?;
             self.learnt = Some(Arc::new(library));
             Ok(bytes)
         });
@@ -112,6 +114,10 @@ impl<Person: Someone> World for Virtual<Person> {
 
     fn learnt(&mut self) -> Option<Arc<Library>> {
         self.learnt.take()
+    }
+
+    fn measured(&mut self, profile: &Profile) {
+        self.person.measured(profile);
     }
 
     fn commanded(&mut self, at_us: u64, command: &Command) {

@@ -6,6 +6,7 @@
 //! whole groups of [`ABREAST`] rows and no sum waits for another.
 
 use super::error::ModelError;
+use super::latent::check_finite;
 use super::linear::{ABREAST, Four, add_product, dot, total};
 use crate::Real;
 
@@ -21,7 +22,7 @@ pub const fn root_len(rank: usize) -> usize {
 /// last columns of zeros stay zeros (they cost no time later).
 ///
 /// # Errors
-/// A length that does not fit the rank.
+/// A length that does not fit the rank, a number that is not finite.
 pub fn triangular_root<T: Real>(
     rank: usize,
     matrix: &mut [T],
@@ -40,6 +41,7 @@ pub fn triangular_root<T: Real>(
             });
         }
     }
+    check_finite("the root", matrix)?;
     for pivot in 0..rank {
         let (above, below) = matrix.split_at_mut((pivot + 1) * rank);
         let line = &mut above[pivot * rank + pivot..];

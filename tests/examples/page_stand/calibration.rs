@@ -49,8 +49,17 @@ impl Guided {
     pub(crate) fn new(channels: usize) -> Self {
         Self {
             channels,
+            view: CalibrationView {
+                people: vec!["ben".into(), "p07".into()],
+                ..CalibrationView::default()
+            },
             ..Self::default()
         }
+    }
+
+    pub(crate) fn recall(&mut self, name: String) {
+        self.view.in_use = Some(name);
+        self.view.result = Some(self.result());
     }
 
     pub(crate) fn begin(&mut self, person: Option<String>, checks_fit: bool, now_s: f64) {

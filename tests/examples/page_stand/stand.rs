@@ -68,6 +68,7 @@ impl Stand {
     pub(crate) fn act(&mut self, act: Act) {
         match act {
             Act::Calibrate(person) => self.calibration.begin(Some(person.name), false, self.now_s),
+            Act::Recall { name, .. } => self.calibration.recall(name),
             Act::CheckFit => self.calibration.begin(None, true, self.now_s),
             Act::CalibrationStep => {
                 if !self.calibration.start(self.now_s) {

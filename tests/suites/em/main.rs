@@ -254,7 +254,7 @@ fn a_model_learnt_by_em_says_so_and_is_not_extended() {
         &EmConfig::default(),
     )
     .unwrap();
-    let stored = from_bytes(&to_bytes(&model).unwrap()).unwrap();
+    let stored = from_bytes(&to_bytes(&model, None).unwrap()).unwrap().0;
     assert_eq!(stored, model);
     assert_eq!(stored.parts().learner, Learner::Em);
     let refused = extend(&stored, &demonstrations).unwrap_err().to_string();

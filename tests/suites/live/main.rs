@@ -8,6 +8,7 @@ mod link;
 mod long;
 mod newcomer;
 mod played;
+mod recalled;
 mod story;
 mod taught;
 mod waiting;

@@ -1,6 +1,9 @@
 //! A program in virtual time.
 
+use std::sync::Arc;
+
 use tonus::config::Config;
+use tonus::library::Library;
 use tonus::live::{Engine, simulated};
 use tonus::source::LinkChoice;
 use tonus::source::simulated::{SimulatedConfig, SimulatedDevices};
@@ -20,10 +23,20 @@ pub(crate) fn run<Person: Someone>(
     person: Person,
     seconds: u64,
 ) -> Person {
+    run_with(None, devices, person, seconds)
+}
+
+/// The same with skills from its start.
+pub(crate) fn run_with<Person: Someone>(
+    library: Option<Arc<Library>>,
+    devices: SimulatedConfig,
+    person: Person,
+    seconds: u64,
+) -> Person {
     let config = config();
     let told = setup::engine(&config, &LinkChoice::Simulated).unwrap();
-    let body = simulated(config.robot.home_m).unwrap();
-    let mut engine = Engine::new(told, body, None).unwrap();
+    let body = simulated(config.robot.home_m, config.robot.payload_kg).unwrap();
+    let mut engine = Engine::new(told, body, library).unwrap();
     let devices = SimulatedDevices::new(devices).unwrap();
     let mut world = Virtual::new(devices, person, seconds * 1_000_000);
     engine.run(&mut world).unwrap();

@@ -65,18 +65,22 @@ impl Counts {
 /// Reads and reports. A recording that ends in damage is told of as far as it can be read.
 pub(super) fn run(file: &Path, json: bool) -> anyhow::Result<()> {
     let mut reading = Reading::open(file)?;
+    let mut opening = reading.opening().clone();
     let (mut counts, mut times_us, mut damage) = (Counts::default(), None, None);
     for entry in reading.by_ref() {
         match entry {
             Ok(entry) => {
                 counts.add(&entry);
+                if let Entry::Input(timed) = &entry {
+                    opening.subject = opening.subject.or_else(|| timed.input.wearer().cloned());
+                }
                 let first_us = times_us.map_or(entry.at_us(), |(first_us, _)| first_us);
                 times_us = Some((first_us, entry.at_us()));
             }
             Err(error) => damage = Some(error.to_string()),
         }
     }
-    let opening = reading.opening();
+    let opening = &opening;
     let seconds = times_us.map_or(0.0, |(first, last): (u64, u64)| {
         last.saturating_sub(first) as f64 * 1e-6
     });
@@ -118,7 +122,7 @@ pub(super) fn run(file: &Path, json: bool) -> anyhow::Result<()> {
 
 /// Labels of the model that the recording began with.
 fn skills(opening: &Opening) -> Option<Vec<String>> {
-    let model = store::from_bytes(opening.model.as_ref()?).ok()?;
+    let (model, _) = store::from_bytes(opening.model.as_ref()?).ok()?;
     Some(model.labels().to_vec())
 }
 
