@@ -73,7 +73,6 @@ impl LatencyArgs {
             pace: 1.0,
             keeper: Keeper::default(),
             person: None,
-            keep: None,
             ask_passkey: Arc::new(|_| None),
             stop: Arc::new(AtomicBool::new(false)),
         };

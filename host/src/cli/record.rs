@@ -136,7 +136,6 @@ impl Devices {
             person,
             seed: self.seed,
             pace: 1.0,
-            keep: None,
             ask_passkey: Arc::new(ask_passkey),
             stop: Arc::clone(&stop),
         };

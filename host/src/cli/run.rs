@@ -165,7 +165,9 @@ impl RunArgs {
             .map(|name| keep::read(people, name))
             .transpose()?;
         // As with recordings: of a simulation nothing stays that was not asked for.
-        let keeper = Keeper::new(self.output, (!simulated).then(|| people.clone()));
+        let here = || file.clone().unwrap_or_else(|| PathBuf::from("tonus.toml"));
+        let keeper = Keeper::new(self.output, (!simulated).then(|| people.clone()))
+            .with_frames((!simulated).then(here));
         let plan = Plan {
             library: library.map(Arc::new),
             keeper,
@@ -180,7 +182,6 @@ impl RunArgs {
             lsl: self.lsl,
             seed: self.seed,
             pace: self.pace,
-            keep: (!simulated).then(|| file.clone().unwrap_or_else(|| PathBuf::from("tonus.toml"))),
             ask_passkey: Arc::new(ask_passkey),
             stop,
         };

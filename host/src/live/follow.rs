@@ -184,3 +184,98 @@ pub fn simulated(home_m: [f64; 3], payload_kg: f64) -> Result<Body, BodyError> {
     arm.carry(payload_kg)?;
     Ok(Body::Simulated(Box::new(arm)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::robot::command::Quality;
+
+    const AT_M: [f64; 3] = [0.5, 0.1, 0.4];
+
+    fn external() -> Follow {
+        let (limits, fallback) = (Limits::default(), Fallback::default());
+        Follow::new(limits, fallback, [0.4, 0.0, 0.45], Body::External).unwrap()
+    }
+
+    /// As far and as firm as the limits let it be.
+    fn far(now_us: u64, sequence: u32) -> Command {
+        Command {
+            position_m: [0.9, 0.8, 1.0],
+            velocity_m_per_s: [0.0; 3],
+            stiffness_n_per_m: [3000.0; 3],
+            damping_ratio: 1.0,
+            acquired_us: now_us,
+            valid_until_us: now_us + 100_000,
+            sequence,
+            boot_id: 1,
+            quality: Quality::Good,
+        }
+    }
+
+    /// Armed and following for 100 ms, told every millisecond.
+    fn following() -> (Follow, u64) {
+        let mut follow = external();
+        let begin_us = 1_000_000;
+        follow.told(begin_us, AT_M);
+        follow.advance(begin_us);
+        assert!(follow.offer(&far(begin_us, 1), begin_us));
+        follow.arm(begin_us).unwrap();
+        let mut now_us = begin_us;
+        for step in 1..=100 {
+            now_us = begin_us + 1_000 * u64::from(step);
+            follow.told(now_us, AT_M);
+            follow.offer(&far(now_us, 1 + step), now_us);
+            follow.advance(now_us);
+        }
+        assert_eq!(follow.gate.state(), State::Following);
+        (follow, now_us)
+    }
+
+    #[test]
+    fn before_it_is_armed_a_robot_elsewhere_is_to_be_where_it_is() {
+        let mut follow = external();
+        follow.told(1_000, AT_M);
+        follow.advance(2_000);
+        assert_eq!(follow.setpoint().position_m, AT_M);
+        // Outside the workspace nothing is asked of it.
+        follow.told(3_000, [0.0, 0.0, 5.0]);
+        follow.advance(4_000);
+        assert_eq!(follow.setpoint().position_m, AT_M);
+    }
+
+    #[test]
+    fn a_stall_is_no_jump() {
+        for stall_us in [6_000, 50_000, 350_000, 59_000_000] {
+            let (mut follow, mut now_us) = following();
+            let before = follow.setpoint();
+            now_us += stall_us;
+            follow.told(now_us, AT_M);
+            follow.offer(&far(now_us, 1_000), now_us);
+            follow.advance(now_us);
+            let after = follow.setpoint();
+            // What ten milliseconds allow: 10 mm at 1 m/s, 30 N/m at 3000 N/m per second.
+            let way_m = (0..3).map(|i| (after.position_m[i] - before.position_m[i]).powi(2));
+            assert!(way_m.sum::<f64>().sqrt() <= 0.010 + 1e-9, "{stall_us} us");
+            for axis in 0..3 {
+                let step = after.stiffness_n_per_m[axis] - before.stiffness_n_per_m[axis];
+                assert!(step.abs() <= 30.0 + 1e-9, "{stall_us} us: {step} N/m");
+            }
+        }
+    }
+
+    #[test]
+    fn a_robot_that_falls_silent_is_disarmed_and_does_not_arm_itself_again() {
+        let (mut follow, begin_us) = following();
+        for ms in 1..=600_u32 {
+            let now_us = begin_us + 1_000 * u64::from(ms);
+            follow.offer(&far(now_us, 200 + ms), now_us);
+            follow.advance(now_us);
+            let armed = !matches!(follow.gate.state(), State::Disarmed(_));
+            assert_eq!(armed, ms <= 500, "{ms} ms");
+        }
+        assert_eq!(follow.gate.state(), State::Disarmed(Cause::RobotSilent));
+        follow.told(begin_us + 601_000, AT_M);
+        follow.advance(begin_us + 602_000);
+        assert_eq!(follow.gate.state(), State::Disarmed(Cause::RobotSilent));
+    }
+}

@@ -222,10 +222,10 @@ pub struct PointView {
 pub struct CalibrationView {
     /// Whom the calibration in use is for; null for the illustrative one of nobody.
     pub in_use: Option<String>,
-    /// Who was measured before and can be recalled, sorted.
-    pub people: Vec<String>,
     /// Whether the wearable has yet to answer: until then nothing is begun, measured or used.
     pub waiting: bool,
+    /// Who was measured before and can be recalled, sorted.
+    pub people: Vec<String>,
     /// The step under way, if somebody calibrates.
     pub step: Option<StepView>,
     /// What was measured, once it is; after that, what stands behind the calibration in use, if it was measured here.

@@ -7,7 +7,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use crate::atomic;
 use crate::calibration::{Profile, ProfileError};
+use crate::config::{Config, ConfigError};
 use crate::library::Library;
+use crate::live::Frames;
 
 /// Larger files are nobody's, bytes.
 const MAX_BYTES: u64 = 1024 * 1024;
@@ -49,6 +51,9 @@ pub struct Keeper {
     /// Of all whose files are there.
     names: Arc<Mutex<Vec<String>>>,
     problem: Arc<Mutex<Option<String>>>,
+    /// The configuration's file.
+    frames: Option<PathBuf>,
+    kept_frames: Arc<Mutex<Option<String>>>,
 }
 
 impl Keeper {
@@ -61,7 +66,34 @@ impl Keeper {
             people,
             names: Arc::new(Mutex::new(names)),
             problem: Arc::default(),
+            frames: None,
+            kept_frames: Arc::default(),
         }
+    }
+
+    /// Keeps also what is taught by touching, in this configuration's file; none in a simulation, whose frames are no real
+    /// ones.
+    #[must_use]
+    pub fn with_frames(self, frames: Option<PathBuf>) -> Self {
+        Self { frames, ..self }
+    }
+
+    /// Shoulder or robot were taught. They are used also where they cannot be kept.
+    pub fn frames(&self, frames: &Frames) {
+        let kept = match &self.frames {
+            None => "in use until the program ends: a simulation's are not kept".to_owned(),
+            Some(file) => match keep_frames(file, frames) {
+                Ok(()) => format!("in use, and kept in {}", file.display()),
+                Err(error) => format!("in use until the program ends, and not kept: {error}"),
+            },
+        };
+        *locked(&self.kept_frames) = Some(kept);
+    }
+
+    /// What became of what was taught last, for people.
+    #[must_use]
+    pub fn kept_frames(&self) -> Option<String> {
+        locked(&self.kept_frames).clone()
     }
 
     /// Skills were learnt. They are followed also where they cannot be kept.
@@ -109,6 +141,17 @@ impl Keeper {
     pub fn problem(&self) -> Option<String> {
         locked(&self.problem).clone()
     }
+}
+
+/// Writes what was taught into the file as it is now: what the command line put in its place for this run stays out of it.
+fn keep_frames(file: &Path, frames: &Frames) -> Result<(), ConfigError> {
+    let config = if file.is_file() {
+        Config::read(file)?
+    } else {
+        Config::default()
+    };
+    let robot = frames.robot.map(|transform| transform.to_stored());
+    config.taught(frames.shoulder, robot).keep(file)
 }
 
 /// What is behind it is whole at every moment, whoever panicked.
@@ -169,4 +212,47 @@ fn read_file(file: &Path) -> Result<Profile, PersonError> {
         file: file.to_owned(),
         source,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::transform::{Shoulder, Transform};
+
+    #[test]
+    fn what_is_taught_goes_into_the_file_as_it_is_now() {
+        let directory = tempfile::tempdir().unwrap();
+        let file = directory.path().join("tonus.toml");
+        let shoulder = Shoulder {
+            centre_m: [0.2, 0.4, 0.4],
+            turned_left_rad: 0.0,
+        };
+        let frames = |shoulder, robot| Frames { shoulder, robot };
+        let keeper = Keeper::default().with_frames(Some(file.clone()));
+        assert_eq!(keeper.kept_frames(), None);
+        keeper.frames(&frames(Some(shoulder), None));
+        // Somebody writes into it meanwhile.
+        let mut config = Config::read(&file).unwrap();
+        config.robot.to = "udp:10.0.0.2:5005".to_owned();
+        config.keep(&file).unwrap();
+        keeper.frames(&frames(None, Some(Transform::identity())));
+        assert!(keeper.kept_frames().unwrap().contains("tonus.toml"));
+        let kept = Config::read(&file).unwrap();
+        assert_eq!(kept.robot.to, "udp:10.0.0.2:5005");
+        assert_eq!(kept.tracker.shoulder, Some(shoulder));
+        let robot = kept.tracker.robot.unwrap();
+        assert_eq!(robot.rotation_xyzw, [0.0, 0.0, 0.0, 1.0]);
+        // A file that cannot be read is left as it is.
+        std::fs::write(&file, "[robot").unwrap();
+        keeper.frames(&frames(Some(shoulder), None));
+        assert!(keeper.kept_frames().unwrap().contains("not kept"));
+        assert_eq!(std::fs::read_to_string(&file).unwrap(), "[robot");
+    }
+
+    #[test]
+    fn a_simulations_frames_stay_out_of_the_configuration() {
+        let keeper = Keeper::default();
+        keeper.frames(&Frames::default());
+        assert!(keeper.kept_frames().unwrap().contains("are not kept"));
+    }
 }

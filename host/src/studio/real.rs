@@ -1,7 +1,6 @@
 //! The engine in real time: devices in their threads, a page, a file, a robot.
 
 use std::collections::VecDeque;
-use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -10,7 +9,6 @@ use super::hands::Hands;
 use super::keep::Keeper;
 use crate::broadcast::Speaker;
 use crate::calibration::Profile;
-use crate::config::{Config, ConfigError};
 use crate::library::Library;
 use crate::link::ble::Passkeys;
 use crate::live::{
@@ -50,11 +48,8 @@ pub struct Real {
     /// What they do.
     acts: VecDeque<Act>,
     learnt: Learnt,
-    keeper: Keeper,
     passkeys: Passkeys,
-    keep: Option<PathBuf>,
-    /// What became of what was taught last.
-    kept: Option<String>,
+    keeper: Keeper,
     stop: Arc<AtomicBool>,
     end_us: Option<u64>,
     /// Whether the run ends when they are done.
@@ -81,8 +76,6 @@ pub struct Parts {
     pub robot: Option<UdpRobot>,
     /// Where pairing asks for a passkey.
     pub passkeys: Passkeys,
-    /// The configuration's file, which keeps what is taught.
-    pub keep: Option<PathBuf>,
     /// Who presses the buttons beside the page.
     pub hands: Option<Box<dyn Hands>>,
     /// Writes what outlives the run.
@@ -126,10 +119,8 @@ impl Real {
             hands: parts.hands,
             acts: VecDeque::new(),
             learnt: Learnt::default(),
-            keeper: parts.keeper,
             passkeys: parts.passkeys,
-            keep: parts.keep,
-            kept: None,
+            keeper: parts.keeper,
             stop: parts.stop,
             end_us: parts.end_us,
             ends: parts.ends_with_hands,
@@ -164,17 +155,6 @@ impl Real {
             recorder.note(entry);
         }
     }
-}
-
-/// Writes what was taught into the file as it is now: what the command line put in its place for this run stays out of it.
-fn kept(file: &Path, frames: &Frames) -> Result<(), ConfigError> {
-    let config = if file.is_file() {
-        Config::read(file)?
-    } else {
-        Config::default()
-    };
-    let robot = frames.robot.map(|transform| transform.to_stored());
-    config.taught(frames.shoulder, robot).keep(file)
 }
 
 impl World for Real {
@@ -292,13 +272,7 @@ impl World for Real {
     }
 
     fn taught(&mut self, frames: &Frames) {
-        self.kept = Some(match &self.keep {
-            None => "in use until the program ends: a simulation's are not kept".to_owned(),
-            Some(file) => match kept(file, frames) {
-                Ok(()) => format!("in use, and kept in {}", file.display()),
-                Err(error) => format!("in use until the program ends, and not kept: {error}"),
-            },
-        });
+        self.keeper.frames(frames);
     }
 
     fn show(&mut self, view: &View) {
@@ -312,7 +286,7 @@ impl World for Real {
             wanted_by: wanted.by,
             left_s: wanted.left.as_secs_f64(),
         });
-        view.teaching.kept.clone_from(&self.kept);
+        view.teaching.kept = self.keeper.kept_frames();
         view.file = self.recorder.as_ref().map(Recorder::state);
         view.calibration.people = self.keeper.names();
         view.messages
@@ -325,5 +299,76 @@ impl World for Real {
             page.show(&view);
         }
         (self.watch)(&view);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::net::UdpSocket;
+
+    use super::*;
+    use crate::live::SessionClock;
+
+    fn real(robot: Option<UdpRobot>) -> (Real, crate::live::Port) {
+        let inputs = Inputs::new(SessionClock::start());
+        let (port, wearable) = inputs.port();
+        let parts = Parts {
+            inputs,
+            wearable,
+            tracker: None,
+            page: None,
+            recorder: None,
+            speaker: None,
+            robot,
+            passkeys: Passkeys::new(false),
+            hands: None,
+            keeper: Keeper::default(),
+            disarm: Arc::default(),
+            stop: Arc::default(),
+            end_us: None,
+            ends_with_hands: false,
+            watch: Box::new(|_| {}),
+        };
+        (Real::new(parts), port)
+    }
+
+    fn robot_seen() -> Input {
+        Input::Robot(RobotSeen {
+            measured_us: 0,
+            position_m: [0.5, 0.0, 0.4],
+            stiffness_n_per_m: [200.0; 3],
+        })
+    }
+
+    #[test]
+    fn what_waited_is_taken_at_the_time_it_is_taken() {
+        let (mut real, port) = real(None);
+        port.input_at(0, Input::Hand(None));
+        std::thread::sleep(Duration::from_millis(30));
+        let (at_us, input) = real.next().unwrap();
+        assert_eq!(input, Some(Input::Hand(None)));
+        assert!(at_us >= 30_000, "{at_us}");
+    }
+
+    #[test]
+    fn disarming_passes_all_that_waits() {
+        let (mut real, port) = real(None);
+        port.input(Input::Hand(None));
+        real.disarm.store(true, Ordering::Relaxed);
+        let next = |real: &mut Real| real.next().unwrap().1;
+        assert_eq!(next(&mut real), Some(Input::Act(Act::Disarm)));
+        assert_eq!(next(&mut real), Some(Input::Hand(None)));
+    }
+
+    #[test]
+    fn a_recorded_robot_does_not_stand_for_the_one_that_is_commanded() {
+        let (mut simulated, port) = real(None);
+        port.input(robot_seen());
+        assert_eq!(simulated.next().unwrap().1, Some(robot_seen()));
+        let controller = UdpSocket::bind("127.0.0.1:0").unwrap();
+        let robot = UdpRobot::open(controller.local_addr().unwrap(), 200.0).unwrap();
+        let (mut elsewhere, port) = real(Some(robot));
+        port.input(robot_seen());
+        assert_eq!(elsewhere.next().unwrap().1, None);
     }
 }

@@ -15,7 +15,7 @@ use crate::calibration::Profile;
 use crate::config::Config;
 use crate::library::Library;
 use crate::link::ble::{AskPasskey, Passkeys, passkey};
-use crate::live::{Act, Engine, EngineError, Input, Inputs, Port, SessionClock, View};
+use crate::live::{Act, Engine, EngineError, Injector, Input, Inputs, Port, SessionClock, View};
 use crate::page::{Page, PageError};
 use crate::recording::{Finished, Opening, ReadError, RecordError, Recorder};
 use crate::source::{LinkChoice, hand, lsl, myo, replay, serial, simulated, wearable};
@@ -48,8 +48,6 @@ pub struct Plan {
     pub seed: u64,
     /// A recording in the wearable's place runs so many times as fast as it was.
     pub pace: f64,
-    /// The configuration's file, which keeps what is taught by touching; none in a simulation, whose frames are no real ones.
-    pub keep: Option<PathBuf>,
     /// Asks whoever sits there for the passkey that a wearable shows.
     pub ask_passkey: AskPasskey,
     /// Set from outside to end it.
@@ -121,6 +119,7 @@ pub fn run(
         .then(|| Speaker::start(&plan.link.to_string(), clock));
     let speaker = speaker.transpose()?;
     let injector = inputs.injector();
+    let passkeys = Passkeys::new(plan.page);
     if let Some(profile) = &plan.person {
         // The queue is empty.
         let _room = injector.input(Input::Act(Act::Recall {
@@ -128,26 +127,8 @@ pub fn run(
             profile: Some(Box::new(profile.clone())),
         }));
     }
-    let keeper = plan.keeper.clone();
-    let passkeys = Passkeys::new(plan.page);
     let disarm = Arc::new(AtomicBool::new(false));
-    let page = plan.page.then(|| {
-        let asking = passkeys.clone();
-        let disarm = Arc::clone(&disarm);
-        let acts = move |act: Act| {
-            if act == Act::Disarm {
-                disarm.store(true, Ordering::Relaxed);
-                return Ok(());
-            }
-            let room = injector.input(Input::Act(looked_up(act, &keeper)));
-            let busy = || "the program is too busy for that: press again".to_owned();
-            room.then_some(()).ok_or_else(busy)
-        };
-        Page::serve(plan.config.page.port, acts, move |typed| {
-            let given = passkey(typed).and_then(|passkey| asking.give(passkey));
-            given.map_err(|not_taken| not_taken.to_string())
-        })
-    });
+    let page = (plan.page).then(|| serve(&plan, injector, &disarm, &passkeys));
     let page = page.transpose()?;
     if let Some(page) = &page {
         served(page.url());
@@ -169,7 +150,6 @@ pub fn run(
         recorder,
         speaker,
         passkeys,
-        keep: plan.keep,
         robot: setup::controller(&plan.config)?,
         hands: plan.hands,
         keeper: plan.keeper,
@@ -194,6 +174,30 @@ pub fn run(
     Ok(Ran {
         told: hands.and_then(|hands| hands.told()),
         file: plan.record.zip(file.transpose()?),
+    })
+}
+
+/// The page: acts go to the engine, a passkey to whoever asks for it.
+fn serve(
+    plan: &Plan,
+    injector: Injector,
+    disarm: &Arc<AtomicBool>,
+    passkeys: &Passkeys,
+) -> Result<Page, PageError> {
+    let (keeper, asking) = (plan.keeper.clone(), passkeys.clone());
+    let disarm = Arc::clone(disarm);
+    let acts = move |act: Act| {
+        if act == Act::Disarm {
+            disarm.store(true, Ordering::Relaxed);
+            return Ok(());
+        }
+        let room = injector.input(Input::Act(looked_up(act, &keeper)));
+        let busy = || "the program is too busy for that: press again".to_owned();
+        room.then_some(()).ok_or_else(busy)
+    };
+    Page::serve(plan.config.page.port, acts, move |typed| {
+        let given = passkey(typed).and_then(|passkey| asking.give(passkey));
+        given.map_err(|not_taken| not_taken.to_string())
     })
 }
 

@@ -4,6 +4,7 @@
 mod back;
 mod clocks;
 mod covered;
+mod elsewhere;
 mod link;
 mod long;
 mod newcomer;

@@ -109,7 +109,7 @@ fn run<Person: Someone>(devices: SimulatedConfig, person: Person) -> Person {
         centre_m: [right + 0.1, up - 0.05, back + 0.08],
         turned_left_rad: 0.0,
     });
-    let body = simulated(config.robot.home_m, 0.0).unwrap();
+    let body = simulated(config.robot.home_m, config.robot.payload_kg).unwrap();
     let mut engine = Engine::new(told, body, None).unwrap();
     let devices = SimulatedDevices::new(devices).unwrap();
     let mut world = Virtual::new(devices, person, 120_000_000);

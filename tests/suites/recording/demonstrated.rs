@@ -3,6 +3,7 @@
 use std::process::Command;
 
 use tonus::live::{Act, HandSeen, Input, RobotSeen};
+use tonus::source::simulated::SHOULDER;
 use tonus_shared::wire::{Packet, Stream};
 use tonus_tests::frames::golden_stream;
 
@@ -31,7 +32,7 @@ fn recorded(path: &std::path::Path) {
         let within_s = begin.map_or(0.0, |&begin| t_s - f64::from(begin));
         let hand = HandSeen {
             exposed_us: at_us,
-            position_m: [hand_x_m(within_s), 0.1, -0.2],
+            position_m: SHOULDER.in_tracker_m([hand_x_m(within_s), 0.1, -0.2]),
         };
         sender.entries.push((at_us + 5000, Input::Hand(Some(hand))));
         let robot = RobotSeen {
