@@ -27,8 +27,8 @@ pub struct LeapC(Arc<Functions>);
 pub enum LeapCError {
     /// The library is not there.
     #[error(
-        "LeapC cannot be loaded ({why}): install Ultraleap's hand tracking software, Gemini or Hyperion \
-         (https://www.ultraleap.com/downloads/), or name the library by TONUS_LEAPC=/path/to/libLeapC.so; looked for {looked_for}"
+        "LeapC cannot be loaded ({why}; looked for {looked_for}): install Ultraleap's hand tracking software, Gemini or \
+         Hyperion (https://www.ultraleap.com/downloads/), or name the library by TONUS_LEAPC=/path/to/libLeapC.so"
     )]
     Absent {
         /// What the loader says of the likeliest one.
