@@ -11,7 +11,8 @@
 //!
 //! A session may be given a novelty gate ([`Session::watching`]). A movement that the gate finds in no skill of the library
 //! is unknown until it ends: nothing is decided on, and every command says so ([`Quality::Novel`]), on which the robot
-//! holds.
+//! holds. One of which the gate missed too much to judge is undecided until it ends ([`Quality::Undecided`]), and the robot
+//! holds as well.
 
 mod config;
 mod error;
@@ -210,6 +211,13 @@ impl<'m> Session<'m> {
         judged && self.under_way()
     }
 
+    /// Whether the gate missed so much of the movement under way that it cannot say what that is.
+    #[must_use]
+    pub fn unjudged(&self) -> bool {
+        let missed = self.watchman.as_ref().is_some_and(Watchman::missed);
+        missed && self.under_way()
+    }
+
     /// The decision of the movement under way, if there was one; one that becomes unknown has none.
     #[must_use]
     pub fn decision(&self) -> Option<Decision> {
@@ -391,7 +399,7 @@ impl<'m> Session<'m> {
         };
         if let Some(robot) = self.expected(now_us)? {
             let uncertain = (robot.iter()).any(|(place, _)| place.std > self.config.act_within_m);
-            if uncertain {
+            if uncertain || self.unjudged() {
                 command.quality = command.quality.max(Quality::Undecided);
             }
             if self.unknown() {

@@ -14,6 +14,9 @@ const SETTLED: usize = 3;
 const MAX_SKEW: f64 = 600e-6;
 /// Complete buckets in a row whose floor is too high for the line: then the clock was set back.
 const LATE_BUCKETS: u32 = 2;
+/// Arrivals are late for so long at most until that is noticed, microseconds: those buckets, one that is open, and one that
+/// was when it began.
+pub(super) const NOTICED_US: f64 = (LATE_BUCKETS + 2) as f64 * BUCKET_US;
 /// Too high is this much, six times the residual and twice the noise, microseconds.
 const LATE_US: f64 = 5_000.0;
 /// A delay longer than the shortest by more than this is a stall or garbage, not jitter, microseconds.

@@ -31,6 +31,9 @@ pub struct Health {
     /// Shortest way there and back of the newest pings, microseconds: the transport's delay is between 0 and this. None
     /// without a ping.
     pub round_trip_us: Option<f64>,
+    /// How much later arrivals come than before the last [`Notice::Late`], as far as round trips do not refute it,
+    /// microseconds: instants are mapped as so much older.
+    pub late_us: f64,
     /// Whether there is enough to tell a rate; before, that of the former start is taken, or none.
     pub settled: bool,
 }
@@ -62,6 +65,12 @@ pub enum Notice {
     /// The clock was set, or the shortest delay changed: nobody on this side can tell which.
     Stepped {
         /// How far ahead the device's clock is of where it was expected, microseconds; negative when behind.
+        by_us: f64,
+    },
+    /// Of a device that answers pings: arrivals come later than they did by so much in all, or in time again at 0. What is
+    /// mapped is as before; if round trips show that the clock was set back, [`Notice::Stepped`] follows.
+    Late {
+        /// How much, microseconds.
         by_us: f64,
     },
     /// Nothing came for so long that the old line says nothing.

@@ -14,16 +14,20 @@
 //! when packets of one rate wait for connection events of another: over tens of seconds it looks like skew. Packets every
 //! 10 ms at events every 15 ms cost up to the 5 ms by which the two can miss each other.
 //!
-//! A step of the device's clock and a step of the shortest delay are the same to a host. Either starts the comparison
-//! anew ([`Notice::Stepped`]); steps of less than about 3 ms are followed without a notice within a minute.
+//! A step of the device's clock and a step of the shortest delay are the same to a host that hears only arrivals. Either
+//! starts the comparison anew ([`Notice::Stepped`]); steps of less than about 3 ms are followed without a notice within a
+//! minute. A device that answers pings ([`ClockConfig::answers_pings`]) is not taken to have set its clock back only because
+//! all arrivals are late ([`Notice::Late`]): what came late stays old as far as round trips became longer as well.
 
 mod counter;
 mod floor;
 mod health;
+mod lag;
 mod round_trip;
 
 use counter::Counter;
-use floor::{Floor, MAX_JITTER_US};
+use floor::{Floor, MAX_JITTER_US, NOTICED_US};
+use lag::Lag;
 use round_trip::RoundTrips;
 
 pub use health::{ClockError, Counts, Health, Mapped, Notice};
@@ -49,14 +53,18 @@ pub struct ClockConfig {
     pub transport_us: u32,
     /// Bits of the device's counter of microseconds, 8 to 64: where it wraps to 0.
     pub counter_bits: u32,
+    /// Whether the device answers pings over the same way as it sends. Then arrivals that are late, all of them and for
+    /// good, are of a longer way until round trips refute it; otherwise they are of a clock that was set back.
+    pub answers_pings: bool,
 }
 
 impl Default for ClockConfig {
-    /// The wearable's counter of 64 bits, and no delay.
+    /// The wearable's counter of 64 bits, no delay, no pings.
     fn default() -> Self {
         Self {
             transport_us: 0,
             counter_bits: 64,
+            answers_pings: false,
         }
     }
 }
@@ -81,6 +89,7 @@ struct Fit {
     floor: Floor,
     round_trips: RoundTrips,
     early: Option<Early>,
+    lag: Option<Lag>,
 }
 
 /// Arrivals before their time, so far.
@@ -143,16 +152,28 @@ impl DeviceClock {
             self.start(boot_id, device_us, arrived_us, skew);
             return Some(Notice::Resumed { silence_us });
         }
-        match fit.place(device_us, arrived_us) {
-            Placed::Taken => self.counts.taken += 1,
-            Placed::Refused => self.counts.refused += 1,
+        let skew = fit.floor.skew();
+        match fit.place(device_us, arrived_us, self.config.answers_pings) {
+            Placed::Taken(notice) => {
+                self.counts.taken += 1;
+                notice
+            }
+            Placed::Refused => {
+                self.counts.refused += 1;
+                None
+            }
             Placed::Stepped { by_us } => {
-                let skew = fit.floor.skew();
                 self.start(boot_id, device_us, arrived_us, skew);
-                return Some(Notice::Stepped { by_us });
+                Some(Notice::Stepped { by_us })
+            }
+            Placed::Late { lag, by_us } => {
+                self.start(boot_id, device_us, arrived_us, skew);
+                if let Some(fit) = &mut self.fit {
+                    fit.lag = Some(lag);
+                }
+                by_us.map(|by_us| Notice::Late { by_us })
             }
         }
-        None
     }
 
     /// A ping came back: its reply is an arrival, and the whole bounds the transport's delay.
@@ -189,7 +210,8 @@ impl DeviceClock {
         let fit = self.followed(boot_id)?;
         let x = fit.counter.since_origin(device_us);
         let line = fit.floor.line();
-        let at = fit.origin_us as f64 + line.host_us(x) - f64::from(self.config.transport_us);
+        let way_us = f64::from(self.config.transport_us) + fit.lag_us();
+        let at = fit.origin_us as f64 + line.host_us(x) - way_us;
         Ok(Mapped {
             at_us: in_range(at, device_us)?,
             uncertainty_us: fit.floor.uncertainty_us(x),
@@ -202,7 +224,8 @@ impl DeviceClock {
     /// As there.
     pub fn device_us(&self, boot_id: u32, host_us: u64) -> Result<Mapped, ClockError> {
         let fit = self.followed(boot_id)?;
-        let h = host_us as f64 - fit.origin_us as f64 + f64::from(self.config.transport_us);
+        let way_us = f64::from(self.config.transport_us) + fit.lag_us();
+        let h = host_us as f64 - fit.origin_us as f64 + way_us;
         let x = fit.floor.line().device_us(h);
         if !x.is_finite() || x.abs() > 1e18 {
             return Err(ClockError::OutOfRange { got_us: host_us });
@@ -223,12 +246,14 @@ impl DeviceClock {
             boot_id: fit.boot_id,
             offset_us: fit.origin_us as f64 + line.host_us(x)
                 - f64::from(self.config.transport_us)
+                - fit.lag_us()
                 - fit.counter.at(x as i64) as f64,
             rate_ppm: 1e6 * line.skew,
             residual_us: fit.floor.residual_us(),
             uncertainty_us: fit.floor.uncertainty_us(x),
             span_us: fit.floor.span_us(),
             round_trip_us: fit.round_trips.shortest_us(&line),
+            late_us: fit.lag_us(),
             settled: fit.floor.settled(),
         })
     }
@@ -272,39 +297,87 @@ impl DeviceClock {
             floor: Floor::starting(skew),
             round_trips: RoundTrips::default(),
             early: None,
+            lag: None,
         });
     }
 }
 
 /// What became of an arrival.
 enum Placed {
-    Taken,
+    Taken(Option<Notice>),
     Refused,
-    Stepped { by_us: f64 },
+    Stepped {
+        by_us: f64,
+    },
+    /// A new start that keeps the line of before; by how much arrivals are late, if that is news.
+    Late {
+        lag: Lag,
+        by_us: Option<f64>,
+    },
 }
 
 impl Fit {
-    fn place(&mut self, device_us: u64, arrived_us: u64) -> Placed {
+    fn place(&mut self, device_us: u64, arrived_us: u64, answers_pings: bool) -> Placed {
         let x = self.counter.since_origin(device_us);
         let h = (arrived_us - self.origin_us) as f64;
-        let delay = h - self.floor.line().host_us(x);
-        let least = if self.floor.settled() {
+        let line = self.floor.line();
+        let delay_us = h - line.host_us(x);
+        let least_us = if self.floor.settled() {
             EARLY_US
         } else {
             MAX_JITTER_US
-        };
-        if delay < -(least + 2.0 * self.floor.uncertainty_us(x)) {
-            return self.before_its_time(delay, arrived_us);
+        } + 2.0 * self.floor.uncertainty_us(x);
+        if delay_us < -least_us {
+            return self.before_its_time((x, h), arrived_us, least_us);
         }
         self.counter.advance(device_us);
         match self.floor.push(x, h) {
+            Some(by_us) if answers_pings => {
+                let lag = match &self.lag {
+                    Some(lag) => lag.moved(x, h),
+                    None => {
+                        // Those since it began to be late are of another clock, if it was set.
+                        let until = h - NOTICED_US;
+                        let usual_us = self.round_trips.shortest_until_us(&line, until);
+                        Lag::starting(delay_us, line.skew, usual_us.unwrap_or(0.0).max(0.0))
+                    }
+                };
+                Placed::Late {
+                    lag,
+                    by_us: Some(self.lag_us() - by_us),
+                }
+            }
             Some(by_us) => Placed::Stepped { by_us },
-            None => Placed::Taken,
+            None => Placed::Taken(self.weigh_lag()),
         }
     }
 
-    /// An arrival that lies below the line: garbage when alone, a step when others like it follow.
-    fn before_its_time(&mut self, delay_us: f64, arrived_us: u64) -> Placed {
+    /// How much older than by the line alone everything is, microseconds.
+    fn lag_us(&self) -> f64 {
+        let at = self.floor.newest_x();
+        self.lag.map_or(0.0, |lag| lag.us(&self.floor.line(), at))
+    }
+
+    /// What round trips leave of a lag, and whether it is over.
+    fn weigh_lag(&mut self) -> Option<Notice> {
+        let (line, at) = (self.floor.line(), self.floor.newest_x());
+        let lag = self.lag.as_mut()?;
+        let shortest_us = self.round_trips.shortest_us(&line);
+        let stepped = shortest_us.and_then(|shortest_us| lag.bound(&line, at, shortest_us));
+        let told = lag.told();
+        if lag.us(&line, at) <= EARLY_US {
+            self.lag = None;
+            if !told {
+                return Some(Notice::Late { by_us: 0.0 });
+            }
+        }
+        stepped.map(|by_us| Notice::Stepped { by_us })
+    }
+
+    /// An arrival that lies below the line: garbage when alone, a step when others like it follow. After a lag it may be the
+    /// end of that, and no step.
+    fn before_its_time(&mut self, (x, h): (f64, f64), arrived_us: u64, least_us: f64) -> Placed {
+        let delay_us = h - self.floor.line().host_us(x);
         let fresh = Early {
             count: 1,
             since_us: arrived_us,
@@ -323,12 +396,17 @@ impl Fit {
             .filter(|early| early.highest_us - early.lowest_us <= MAX_JITTER_US);
         let early = joined.unwrap_or(fresh);
         self.early = Some(early);
-        if early.count >= STEP_CONFIRMATIONS {
-            return Placed::Stepped {
-                by_us: -early.lowest_us,
-            };
+        if early.count < STEP_CONFIRMATIONS {
+            return Placed::Refused;
         }
-        Placed::Refused
+        let by_us = -early.lowest_us - self.lag_us();
+        match self.lag {
+            Some(lag) if by_us <= least_us => Placed::Late {
+                lag: lag.moved(x, h),
+                by_us: None,
+            },
+            _ => Placed::Stepped { by_us },
+        }
     }
 }
 

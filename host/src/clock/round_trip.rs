@@ -60,8 +60,14 @@ impl RoundTrips {
     /// The shortest way there and the shortest way back together, microseconds: the line is late by the way back, a
     /// request's coming on it is late by the way there as well.
     pub(super) fn shortest_us(&self, line: &Line) -> Option<f64> {
+        self.shortest_until_us(line, f64::INFINITY)
+    }
+
+    /// The same of those that left before host time `until`.
+    pub(super) fn shortest_until_us(&self, line: &Line, until: f64) -> Option<f64> {
         self.requests
             .iter()
+            .filter(|(_, requested)| *requested < until)
             .map(|(received, requested)| line.host_us(*received) - requested)
             .min_by(f64::total_cmp)
     }

@@ -385,13 +385,31 @@ impl Engine {
     }
 
     fn noticed(&mut self, notice: Notice) {
+        // Commands of before are of another time, and only a person knows whether what follows is of this one.
+        if let Notice::Rebooted { .. } | Notice::Stepped { .. } | Notice::Resumed { .. } = notice {
+            self.follow.mistime();
+        }
         match notice {
             Notice::Started { .. } => {}
-            Notice::Rebooted { .. } => self.tell(true, "the wearable restarted".to_owned()),
+            Notice::Rebooted { .. } => {
+                // It may have been calibrated by another host, or another wearable may be there.
+                self.wearable.unconfirmed = true;
+                self.tell(true, "the wearable restarted".to_owned());
+            }
             Notice::Stepped { by_us } => self.tell(
                 true,
                 format!("the wearable's clock stepped by {:.1} ms", by_us * 1e-3),
             ),
+            Notice::Late { by_us } if by_us > 0.0 => self.tell(
+                true,
+                format!(
+                    "the wearable's packets come {:.0} ms later than they did: they count as so much older",
+                    by_us * 1e-3
+                ),
+            ),
+            Notice::Late { .. } => {
+                self.tell(false, "the wearable's packets come in time again".to_owned());
+            }
             Notice::Resumed { silence_us } => self.tell(
                 false,
                 format!("the wearable is back after {} s", silence_us / 1_000_000),

@@ -140,6 +140,12 @@ impl Follow {
         self.newest = None;
     }
 
+    /// The wearable's times are others from now on.
+    pub(super) fn mistime(&mut self) {
+        self.gate.mistime();
+        self.newest = None;
+    }
+
     /// State and its reason, for people.
     pub(super) fn state(&self) -> (&'static str, &'static str) {
         match self.gate.state() {
@@ -151,6 +157,7 @@ impl Follow {
                     Cause::Disconnected => "the wearable's link was lost",
                     Cause::OtherBoot => "the wearable restarted",
                     Cause::RobotSilent => "the robot does not tell where it is any more",
+                    Cause::Clock => "the wearable's clock is followed anew",
                 };
                 ("disarmed", reason)
             }

@@ -88,6 +88,8 @@ pub struct ClockView {
     pub uncertainty_us: f64,
     /// Shortest way there and back, us.
     pub round_trip_us: Option<f64>,
+    /// How much later than at first everything comes, by what round trips show, us: it counts as so much older.
+    pub late_us: f64,
     /// Whether there is enough to tell a rate.
     pub settled: bool,
 }
@@ -303,6 +305,9 @@ pub struct RecognitionView {
     pub decision: Option<(String, f64)>,
     /// None of the skills.
     pub unknown: bool,
+    /// Too much of it was missed to say whether it is one of them.
+    #[serde(default)]
+    pub unjudged: bool,
     /// What it is nearest to, if unknown.
     pub nearest: Option<String>,
     /// Novelty's score over its threshold.

@@ -11,6 +11,8 @@ use crate::clock::{ClockConfig, ClockError, DeviceClock, Health, Notice, RoundTr
 
 /// Time between two questions for the clock, microseconds.
 const PING_EVERY_US: u64 = 1_000_000;
+/// Pings that may be on their way, the newest: the oldest of them is lost.
+const PINGS: usize = 8;
 /// An answer to a request that did not come for so long will not come, microseconds.
 const ANSWER_WITHIN_US: u64 = 3_000_000;
 
@@ -62,7 +64,11 @@ pub(super) enum Calibrated {
 impl Wearable {
     pub(super) fn new(clock: ClockConfig, host_boot_id: u32) -> Result<Self, ClockError> {
         Ok(Self {
-            clock: DeviceClock::new(clock)?,
+            // It is asked for the clock every second.
+            clock: DeviceClock::new(ClockConfig {
+                answers_pings: true,
+                ..clock
+            })?,
             sequence: SequenceTracker::new(),
             refused: 0,
             configuration: None,
@@ -162,8 +168,10 @@ impl Wearable {
         }
         self.pinged_us = Some(now_us);
         let id = self.sent;
+        if self.pings.len() == PINGS {
+            self.pings.pop_front();
+        }
         self.pings.push_back((id, now_us));
-        self.pings.truncate(8);
         out.extend(self.frame(
             Packet::Ping(Ping::Request {
                 id,
@@ -237,5 +245,47 @@ impl Wearable {
 
     pub(super) fn counts(&self) -> SequenceCounts {
         self.sequence.counts()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use tonus_shared::semg::quality::Quality;
+    use tonus_shared::wire::StreamFlags;
+
+    use super::*;
+
+    #[test]
+    fn pings_that_are_lost_do_not_end_pinging() {
+        let mut wearable = Wearable::new(ClockConfig::default(), 1).unwrap();
+        wearable.newest = Some(Newest {
+            stream: Stream {
+                describes_before_us: 64_000,
+                envelopes: [0.0; 8],
+                activation: 0.1,
+                co_contraction: 1.2,
+                stiffness_n_per_m: [100.0; 3],
+                quality: [Quality::GOOD; 8],
+                channels: 4,
+                flags: StreamFlags::default(),
+            },
+            acquired_us: 0,
+        });
+        let mut asked = Vec::new();
+        for second in 1..=20_u64 {
+            for bytes in wearable.due(false, second * PING_EVERY_US) {
+                if let Packet::Ping(Ping::Request { id, requested_us }) =
+                    wire::decode(&bytes).unwrap().packet
+                {
+                    asked.push((id, requested_us));
+                }
+            }
+        }
+        assert_eq!(asked.len(), 20);
+        // The newest can be answered, once; the oldest is given up.
+        let (first, last) = (asked[0], asked[19]);
+        assert!(!wearable.asked(first.0, first.1));
+        assert!(wearable.asked(last.0, last.1));
+        assert!(!wearable.asked(last.0, last.1));
     }
 }

@@ -178,6 +178,7 @@ fn state(value: &Value) -> Result<State, String> {
         "disarmed_disconnected" => State::Disarmed(Cause::Disconnected),
         "disarmed_other_boot" => State::Disarmed(Cause::OtherBoot),
         "disarmed_robot_silent" => State::Disarmed(Cause::RobotSilent),
+        "disarmed_clock" => State::Disarmed(Cause::Clock),
         "following" => State::Following,
         "holding" => State::Holding,
         "falling_back" => State::FallingBack,

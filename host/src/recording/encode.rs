@@ -126,6 +126,7 @@ fn setpoint_value(setpoint: &Setpoint, state: State) -> Value {
             State::Disarmed(Cause::Disconnected) => "disarmed_disconnected",
             State::Disarmed(Cause::OtherBoot) => "disarmed_other_boot",
             State::Disarmed(Cause::RobotSilent) => "disarmed_robot_silent",
+            State::Disarmed(Cause::Clock) => "disarmed_clock",
             State::Following => "following",
             State::Holding => "holding",
             State::FallingBack => "falling_back",

@@ -9,7 +9,7 @@
 //! | `Following` | age <= 60 ms, not past `valid_until_us`, quality good | towards the command, within speed, workspace, stiffness and rate limits |
 //! | `Holding` | age 60 to 100 ms, or past `valid_until_us`, or quality not good | position, stiffness and damping stay as they are, velocity zero |
 //! | `FallingBack` | age over 100 ms, or no followable command for 1 s | position stays, stiffness ramps to the configured fallback |
-//! | `Disarmed` | start, age over 500 ms, disconnect, another boot id, a robot that went silent, or a person | as `FallingBack`, and commands change nothing |
+//! | `Disarmed` | start, age over 500 ms, disconnect, another boot id or clock, a robot that went silent, or a person | as `FallingBack`, and commands change nothing |
 //!
 //! Every armed state passes to every other as the newest command's age and quality say, so a late
 //! packet ends a hold. From `Disarmed` only [`Gate::arm`], a person's act, leads out: packets and
@@ -51,6 +51,8 @@ pub enum Cause {
     OtherBoot,
     /// The robot does not tell where it is any more.
     RobotSilent,
+    /// The wearable's clock was set, or is followed anew: ages from before mean nothing.
+    Clock,
 }
 
 /// The gate's state: see the table above.
@@ -257,6 +259,14 @@ impl Gate {
     /// The link is gone: disarm and forget its commands. A reconnection does not arm again.
     pub fn disconnect(&mut self) {
         self.trip(Cause::Disconnected);
+        self.newest = None;
+    }
+
+    /// The times of commands are by another clock from now on: disarm and forget those of before.
+    pub fn mistime(&mut self) {
+        if !matches!(self.state, State::Disarmed(_)) {
+            self.trip(Cause::Clock);
+        }
         self.newest = None;
     }
 

@@ -28,7 +28,8 @@ pub struct NoveltyReport<'m> {
 
 /// The gate's judgement of one movement. What is unknown once stays unknown until the movement ends: a score that
 /// falls again has been diluted by what looks familiar, and the robot's way until then was made of nothing known.
-/// After a gap longer than [`LONGEST_GAP`] the movement is not judged further; what was said of it stands.
+/// After a gap longer than [`LONGEST_GAP`] the movement is not judged further; what was said of it stands, and what was not
+/// said is missing until it ends: [`Watchman::missed`].
 #[derive(Debug)]
 pub(super) struct Watchman<'m> {
     gate: &'m Gate,
@@ -109,6 +110,11 @@ impl<'m> Watchman<'m> {
 
     pub(super) fn unknown(&self) -> bool {
         self.unknown
+    }
+
+    /// Whether the movement can no longer be judged.
+    pub(super) fn missed(&self) -> bool {
+        self.missed
     }
 
     /// `None` before the first instant of the gate was seen.

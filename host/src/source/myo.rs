@@ -8,6 +8,10 @@ use crate::link::myo::{self, Armband};
 use crate::live::{Input, Port, Prompt, Request};
 
 use super::wearable::{LOOK, SILENCE, again, down, system, up};
+use crate::robot::gate::HOLD_AGE_US;
+
+/// Samples that may be late by more than what a robot is held for, and nobody can tell: the link is made anew.
+const DOUBT_US: u64 = HOLD_AGE_US;
 
 /// Runs a Myo armband by the system's Bluetooth, until the program ends. `boot_id` tells this start from others.
 pub fn run(port: &Port, boot_id: u32) {
@@ -74,6 +78,11 @@ async fn serve<C: Central>(
                 Request::Prompt(Prompt::Flex) => armband.hangs(port.now_us()),
                 Request::Prompt(_) => armband.moves(),
             }
+        }
+        if armband.doubtful_us() > DOUBT_US {
+            return Err(BleError::Late {
+                late_ms: armband.doubtful_us() / 1_000,
+            });
         }
         if heard.elapsed() > SILENCE {
             return Err(BleError::Silent {

@@ -122,6 +122,8 @@ pub struct SimulatedDevices {
     began: bool,
     /// The link is cut.
     cut: bool,
+    /// Everything from the wearable comes so much later.
+    late_us: u64,
     /// The tracker is covered.
     covered: bool,
 }
@@ -155,6 +157,7 @@ impl SimulatedDevices {
             robot_us: 0,
             began: false,
             cut: false,
+            late_us: 0,
             covered: false,
             config,
         })
@@ -212,6 +215,11 @@ impl SimulatedDevices {
         self.cut = cut;
     }
 
+    /// Holds back everything from the wearable for so long, as a queue on its way does.
+    pub fn hold_back(&mut self, late_us: u64) {
+        self.late_us = late_us;
+    }
+
     /// Covers the tracker, which then sees no hand, or uncovers it.
     pub fn cover(&mut self, covered: bool) {
         self.covered = covered;
@@ -262,10 +270,10 @@ impl SimulatedDevices {
         self.scan(now_us);
         self.track(now_us, &mut out);
         self.show(now_us, &mut out);
-        while let Some(delivery) = self.up.poll(now_us) {
+        while let Some(delivery) = self.up.poll(now_us.saturating_sub(self.late_us)) {
             if self.began && !self.cut {
                 out.push(Timed {
-                    at_us: delivery.at_us,
+                    at_us: delivery.at_us + self.late_us,
                     input: Input::Frame(delivery.bytes),
                 });
             }

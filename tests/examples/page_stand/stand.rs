@@ -206,6 +206,7 @@ impl Stand {
                 residual_us: 210.0,
                 uncertainty_us: 640.0,
                 round_trip_us: Some(15_300.0),
+                late_us: 0.0,
                 settled: self.now_s > 3.0,
             }),
             tracker: TrackerView {
@@ -305,6 +306,7 @@ impl Stand {
             phase: share,
             decision: (decided && !unknown).then(|| (labels[done].clone(), DECIDE_S)),
             unknown,
+            unjudged: false,
             nearest: unknown.then(|| labels[done].clone()),
             novelty: share.map(|_| if unknown { 1.7 } else { 0.4 }),
             human_path: ahead(motion::hand_m),

@@ -5,6 +5,7 @@ mod back;
 mod clocks;
 mod covered;
 mod elsewhere;
+mod lagging;
 mod link;
 mod long;
 mod newcomer;

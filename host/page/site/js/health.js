@@ -15,12 +15,19 @@ export function health(view) {
     ["Link", link.up ? `${link.link}, newest ${number(link.age_ms)} ms` : `${link.link || "none"} is down`, !link.up || link.age_ms > LATE_MS],
     ["Frames", `${link.received} · ${link.lost} lost (${number(total ? (100 * link.lost) / total : null, 1)} %) · ${link.refused} refused`, link.refused > 0],
     ["Clock", clock ? `${number(clock.rate_ppm, 1)} ppm ± ${number(clock.uncertainty_us / 1000, 2)} ms${clock.settled ? "" : ", settling"}` : "–", clock && !clock.settled],
+    ["Ping", clock ? there(clock) : "–", Boolean(clock?.late_us >= 1000)],
     ["Tracker", tracker.up ? `picture ${number(tracker.age_ms)} ms old` : "down", !tracker.up],
     ["Latency", latency ? `median ${number(latency.p50_ms)}, 99 % ${number(latency.p99_ms)} ms` : "–", latency && latency.p99_ms > LATE_MS],
     ["Recording", file ? file.problem ?? `${size(file.bytes)} in ${name(file.path)}` : "not to a file", Boolean(file?.problem)],
   ]);
   at("health").lastElementChild.title = file?.problem ?? file?.path ?? "";
   announce(link.up ? "The wearable is connected." : "The wearable is not connected.", { topic: "link" });
+}
+
+/** How long a ping takes, and how much later than at first everything comes. */
+function there({ round_trip_us, late_us }) {
+  const trip = round_trip_us === null ? "no answer yet" : `there and back ${number(round_trip_us / 1000)} ms`;
+  return late_us >= 1000 ? `${trip} · late by ${number(late_us / 1000)} ms` : trip;
 }
 
 const name = (path) => path.split(/[\\/]/).at(-1);

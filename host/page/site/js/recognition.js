@@ -26,14 +26,14 @@ export function recognition(view) {
   say(at("verdict"), said);
   attribute(at("verdict"), "title", said);
   attribute(at("verdict"), "data-kind", kind(it));
-  if (it?.decision || it?.unknown) announce(said);
+  if (it?.decision || it?.unknown || it?.unjudged) announce(said);
   at("phase").set(it?.phase, it?.phase === null || !it ? "–" : `${number(100 * it.phase)} % over`, { kind: "person" });
   novelty(it);
   history(it);
 }
 
 function kind(it) {
-  if (it?.unknown) return "unknown";
+  if (it?.unknown || it?.unjudged) return "unknown";
   return it?.under_way ? (it.decision ? "decided" : "open") : "still";
 }
 
@@ -41,6 +41,7 @@ function verdict(view) {
   const it = view.recognition;
   if (!it) return view.library.skills.length === 0 ? "No skill is learnt yet: record demonstrations, then train." : "Waiting for hand and signals.";
   if (it.unknown) return `None of the skills${it.nearest ? `; nearest: ${it.nearest}` : ""}`;
+  if (it.unjudged) return "Not judged: too much of this movement was not seen. The robot holds until it ends.";
   if (!it.under_way) return "No movement is under way.";
   if (it.decision) return `${it.decision[0]}, decided after ${number(it.decision[1], 1, "s")}`;
   return "A movement is under way, not decided yet.";

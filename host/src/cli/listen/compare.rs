@@ -135,6 +135,13 @@ fn noticed(notice: &Notice, json: bool) -> String {
                 by_us / 1e3
             ),
         ),
+        Notice::Late { by_us } => (
+            "late",
+            format!(
+                "packets come {:.1} ms later than at first: older, unless pings show that the clock was set",
+                by_us / 1e3
+            ),
+        ),
         Notice::Resumed { silence_us } => (
             "resumed",
             format!(

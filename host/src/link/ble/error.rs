@@ -105,6 +105,14 @@ pub enum BleError {
         /// So long.
         seconds: u64,
     },
+    /// What the device numbers nowhere is lost or waits on the way, and nobody can tell which.
+    #[error(
+        "samples of {late_ms} ms are lost or late, and nothing tells which: the link is made anew; bring it nearer if this comes again"
+    )]
+    Late {
+        /// Of so long.
+        late_ms: u64,
+    },
 }
 
 fn seen(others: &[String]) -> String {

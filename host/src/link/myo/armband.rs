@@ -150,10 +150,16 @@ impl Armband {
 
     /// Does what a frame of the host asks for at session time `at_us`, and answers through `send`.
     pub fn request(&mut self, bytes: &[u8], at_us: u64, send: impl FnMut(&[u8])) {
-        self.bridge.request(bytes, self.device_us(at_us), send);
+        self.bridge.request(bytes, self.pace.device_us(at_us), send);
     }
 
-    /// The armband's time now, as far as its newest packet tells: a ping sees nothing of the radio's delay.
+    /// Of how many microseconds in this link nobody knows whether samples are lost or late.
+    #[must_use]
+    pub fn doubtful_us(&self) -> u64 {
+        self.pace.doubtful_us()
+    }
+
+    /// The armband's time now, as far as its newest packet tells: nothing is seen of the radio's delay.
     fn device_us(&self, at_us: u64) -> u64 {
         match self.newest {
             Some((came_us, device_us)) => device_us + at_us.saturating_sub(came_us),

@@ -3,6 +3,10 @@
 //! Samples are counted, 5 ms each. What is missing shows in two ways: packets go round four characteristics, so that
 //! up to three lost in a row are known at once; and of whole rounds (40 ms) that are lost, the packets since are late by so much, for
 //! good. A stalled radio delays packets too, but not for good.
+//!
+//! A queue that grows on the way delays packets for good as well, and nothing that the armband sends tells it from rounds that
+//! are lost. So what is taken for lost is summed up: beyond [`Pace::doubtful_us`] of some length, only a new link is sure to
+//! have no queue.
 
 use super::packet::SAMPLES;
 use super::{SEMG, armband::SAMPLE_US};
@@ -13,6 +17,8 @@ const ROUND_US: u64 = SEMG.len() as u64 * PACKET_US;
 const WINDOW_US: u64 = 1_000_000;
 /// So much later than in the second before, and a round is missing; the rest is the radio's.
 const MISSING_US: u64 = ROUND_US - PACKET_US;
+/// The armband's clock may be slower than the host's by so much each second, microseconds: 200 parts per million.
+const SLOWER_US: i64 = 200;
 
 /// Where packets stand on the armband's own clock, which starts near session time.
 #[derive(Clone, Copy, Debug, Default)]
@@ -24,6 +30,10 @@ pub(super) struct Pace {
     window: Window,
     /// Lateness of the second before.
     before_us: Option<i64>,
+    /// Lateness of the most punctual packet of this link.
+    least_us: Option<i64>,
+    /// Taken for lost since the link came up.
+    doubtful_us: u64,
 }
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -37,7 +47,19 @@ impl Pace {
     pub(super) fn link(&mut self) {
         self.turn = None;
         self.before_us = None;
+        self.least_us = None;
+        self.doubtful_us = 0;
         self.window = Window::default();
+    }
+
+    /// Of how many microseconds in this link nobody knows whether samples are lost or late.
+    pub(super) fn doubtful_us(&self) -> u64 {
+        self.doubtful_us
+    }
+
+    /// The armband's time at session time `at_us` by its most punctual packet: packets that are late now are behind it.
+    pub(super) fn device_us(&self, at_us: u64) -> u64 {
+        at_us.saturating_add_signed(-self.least_us.unwrap_or_default())
     }
 
     /// Index of the first sample of a packet from characteristic `turn` that came at `at_us`.
@@ -61,6 +83,7 @@ impl Pace {
             .late_us
             .map_or(late_us, |least| least.min(late_us));
         self.window.late_us = Some(late_us);
+        self.least_us = Some(self.least_us.map_or(late_us, |least| least.min(late_us)));
         first
     }
 
@@ -82,6 +105,8 @@ impl Pace {
             since_us: at_us,
             late_us: None,
         };
+        self.doubtful_us += rounds * ROUND_US;
+        self.least_us = self.least_us.map(|least| least.saturating_add(SLOWER_US));
         rounds * ROUND_US / SAMPLE_US
     }
 }
@@ -133,6 +158,36 @@ mod tests {
         let right = stamped(came(), 0);
         assert_eq!(placed[..500], right[..500]);
         assert_eq!(placed[700..], right[700..]);
+    }
+
+    #[test]
+    fn what_may_be_a_queue_is_doubted_until_there_is_a_new_link() {
+        let mut pace = Pace::default();
+        // From the 500th packet on everything comes 300 ms late: seven or eight rounds, by the look of it.
+        for number in 0..1_000_u64 {
+            let late_us = if number < 500 { 0 } else { 300_000 };
+            let at_us = 1_000_000 + number * PACKET_US + late_us;
+            pace.place(number as usize % 4, at_us);
+            assert!(number >= 500 || pace.doubtful_us() == 0, "{number}");
+        }
+        assert!((280_000..=320_000).contains(&pace.doubtful_us()));
+        pace.link();
+        assert_eq!(pace.doubtful_us(), 0);
+    }
+
+    #[test]
+    fn the_armbands_time_is_that_of_its_most_punctual_packet() {
+        let mut pace = Pace::default();
+        for number in 0..300_u64 {
+            let late_us = if number < 200 { 0 } else { 25_000 };
+            pace.place(
+                number as usize % 4,
+                1_000_000 + number * PACKET_US + late_us,
+            );
+        }
+        // Packet 0 is taken for punctual; one that is 25 ms late does not move it, but for 200 ppm of six seconds.
+        let at_us = 20_000_000;
+        assert!(at_us - pace.device_us(at_us) <= 6 * 200);
     }
 
     #[test]

@@ -331,3 +331,25 @@ fn contradictory_configurations_are_refused() {
     ));
     assert!(Gate::new(limits, Fallback::default(), [f64::NAN; 3]).is_err());
 }
+
+#[test]
+fn another_clock_disarms_and_fresh_commands_do_not_arm() {
+    let mut gate = armed_for(10);
+    gate.mistime();
+    assert_eq!(gate.state(), State::Disarmed(Cause::Clock));
+    assert!(!gate.may_arm(T0 + 11_000));
+    // By the new clock commands may seem older than those of before.
+    for n in 0..100 {
+        let now_us = T0 + 20_000 + 10_000 * n;
+        let fresh = command(2 + u32::try_from(n).unwrap(), now_us - 15_000);
+        gate.offer(&fresh, now_us).unwrap();
+        gate.tick(now_us);
+        assert_eq!(gate.state(), State::Disarmed(Cause::Clock));
+    }
+    gate.arm(START, T0 + 1_010_000).unwrap();
+    assert_eq!(gate.state(), State::Following);
+    // Nobody has armed this one: why it is disarmed stays.
+    let mut idle = self::gate();
+    idle.mistime();
+    assert_eq!(idle.state(), State::Disarmed(Cause::Start));
+}

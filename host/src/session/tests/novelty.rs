@@ -229,6 +229,39 @@ fn what_cannot_be_seen_for_a_while_is_not_unknown() {
     }
 }
 
+/// A hand that leaves the demonstrated way while nobody looks, and a firmness that cannot be used for as long: after either the
+/// movement may be anything, and nothing is followed before it is over.
+#[test]
+fn a_movement_that_was_missed_for_too_long_is_not_followed() {
+    let away = |s: f64| (0.25..0.65).contains(&s);
+    let gaps: [&dyn Fn(f64) -> Seen; 2] = [
+        &|s| (known(0, s).0.filter(|_| !away(s)), known(0, s).1),
+        &|s| (known(0, s).0, known(0, s).1.filter(|_| !away(s))),
+    ];
+    for gap in gaps {
+        watching(CONFIG, |session| {
+            let mut good = 0;
+            live(session, gap, |session, command, s| {
+                good += u32::from(command.quality == Quality::Good && s < 0.25);
+                if s > 0.66 {
+                    assert!(session.unjudged() && !session.unknown(), "{s}");
+                    assert_ne!(command.quality, Quality::Good, "{s}");
+                }
+            });
+            assert!(good > 0, "followed before");
+            session.handle(Event::Ended, BEGAN_US + LASTS_US).unwrap();
+            assert!(!session.unjudged());
+            live(
+                session,
+                |s| known(1, s),
+                |session, _, s| {
+                    assert!(!session.unjudged(), "{s}");
+                },
+            );
+        });
+    }
+}
+
 #[test]
 fn samples_that_are_no_news_or_no_numbers_change_nothing() {
     watching(CONFIG, |session| {
