@@ -15,8 +15,8 @@ use super::view::{Estimate, Person, StepView};
 
 mod conclude;
 
-pub use conclude::Outcome;
 use conclude::base;
+pub use conclude::{Outcome, measures};
 
 /// An effort may be off by this factor either way: it is measured, but the levels must stay apart.
 const EFFORT_FACTOR: f64 = 3.0;

@@ -49,7 +49,7 @@ impl Engine {
             Act::Ask { label } => checked(&label).map(|label| {
                 world.ask(now_us, Request::Prompt(Prompt::Perform { label }));
             }),
-            Act::Arm => self.follow.arm(now_us),
+            Act::Arm => self.arm(),
             Act::Disarm => {
                 self.follow.disarm();
                 Ok(())
@@ -108,17 +108,17 @@ impl Engine {
         if self.learning.is_some() {
             return Err("the skills are being learnt already".to_owned());
         }
-        let mut demonstrations = Vec::new();
-        for kept in &self.kept {
-            let made = kept.demonstration();
-            demonstrations.push(
-                made.map_err(|error| {
-                    format!("demonstration {} ({}): {error}", kept.id, kept.label)
-                })?,
-            );
-        }
+        let (demonstrations, problems) = self.demonstrations();
+        let left_out = problems.join("; ");
         if demonstrations.is_empty() {
-            return Err("nothing to learn from: record demonstrations first".to_owned());
+            return Err(if left_out.is_empty() {
+                "nothing to learn from: record demonstrations first".to_owned()
+            } else {
+                format!("nothing to learn from: {left_out}")
+            });
+        }
+        if !left_out.is_empty() {
+            self.tell(true, format!("left out of what is learnt: {left_out}"));
         }
         self.learn_problem = None;
         let job = LearnJob {

@@ -10,7 +10,7 @@ use super::view::{CalibrationView, FitView, Lamp};
 use super::wearable::{Calibrated, Wearable};
 use crate::calibration::{
     CalibrationResult, FitCheck, Guide, Measured, Outcome, Person, Profile, StepView, Verdict,
-    volts,
+    measures, volts,
 };
 
 /// A calibration that is not answered is sent so many times.
@@ -29,8 +29,6 @@ enum Under {
 struct Guided {
     person: Person,
     guide: Guide,
-    /// What was in use before, to go back to.
-    before: Calibration,
 }
 
 /// Why a calibration was sent.
@@ -48,6 +46,8 @@ pub(super) struct Calibrating {
     under: Option<Under>,
     /// On its way to the wearable.
     sent: Option<(Sent, Calibration, u32)>,
+    /// What was in use before somebody was measured, until that or something measured is in the wearable.
+    pub(super) before: Option<Calibration>,
     /// The last one that was measured, here or before.
     known: Option<Box<Profile>>,
     /// Somebody measured before, as soon as the wearable says what it works with.
@@ -188,19 +188,17 @@ impl Engine {
         }
         let (muscles, semg_hz) = self.muscles()?;
         let before = self.wearable.calibration;
-        let before =
-            before.ok_or("the wearable has not told its calibration yet: wait a second")?;
+        let told = before.ok_or("the wearable has not told its calibration yet: wait a second")?;
+        let before = self.calibrating.before.unwrap_or(told);
         let revision = before.revision.wrapping_add(1).max(1);
         let guide = Guide::begin(&person, &muscles, semg_hz, revision);
         let guide = guide.map_err(|error| error.to_string())?;
         self.follow.disarm();
         self.calibrating.verdict = None;
         let measuring = guide.measuring();
-        self.calibrating.under = Some(Under::Guide(Box::new(Guided {
-            person,
-            guide,
-            before,
-        })));
+        self.calibrating.under = Some(Under::Guide(Box::new(Guided { person, guide })));
+        // A wearable that was left in the middle of one has nothing to go back to.
+        self.calibrating.before = Some(before).filter(|before| !measures(before));
         self.send(Sent::ToMeasure, measuring, 1, world);
         Ok(())
     }
@@ -252,7 +250,10 @@ impl Engine {
         match self.calibrating.under.take() {
             None => return Err("nobody is being measured".to_owned()),
             Some(Under::Check(_)) => {}
-            Some(Under::Guide(guided)) => self.send(Sent::Back, guided.before, 1, world),
+            Some(Under::Guide(_)) => match self.calibrating.before {
+                Some(before) => self.send(Sent::Back, before, 1, world),
+                None => self.calibrating.sent = None,
+            },
         }
         world.ask(self.now_us, prompt);
         Ok(())
@@ -281,6 +282,7 @@ impl Engine {
     /// A reply came, or time passed: what became of the calibration on its way.
     pub(super) fn answered(&mut self, reply: Option<&Reply>, world: &mut impl World) {
         self.recall_due(world);
+        self.restore_due(world);
         let Some(became) = self.wearable.calibrated(reply, self.now_us) else {
             return;
         };
@@ -290,15 +292,14 @@ impl Engine {
         match became {
             Calibrated::Done => {
                 self.wearable.calibration = Some(calibration);
+                if why == Sent::ToMeasure {
+                    return;
+                }
+                self.wearable.unconfirmed = true;
+                self.calibrating.before = None;
                 match why {
-                    Sent::ToUse => {
-                        self.wearable.unconfirmed = true;
-                        self.in_use(world);
-                    }
-                    Sent::Recalled => {
-                        self.wearable.unconfirmed = true;
-                        self.recalled();
-                    }
+                    Sent::ToUse => self.in_use(world),
+                    Sent::Recalled => self.recalled(),
                     Sent::ToMeasure | Sent::Back => {}
                 }
             }
@@ -314,9 +315,12 @@ impl Engine {
                     true,
                     format!("the wearable did not take the calibration: {because}; try again"),
                 );
+                // Silence may be of the answer alone: it is to say what it works with.
+                self.wearable.unconfirmed = true;
                 match why {
                     Sent::ToMeasure => self.calibrating.under = None,
                     Sent::Recalled => self.calibrating.recalled = None,
+                    Sent::Back if became != Calibrated::Silent => self.calibrating.before = None,
                     Sent::ToUse | Sent::Back => {}
                 }
             }

@@ -179,6 +179,7 @@ impl Engine {
     /// A library that cannot be followed.
     pub fn run(&mut self, world: &mut impl World) -> Result<(), EngineError> {
         let outcome = self.sessions(world);
+        self.leave(world);
         self.follow.disarm();
         let setpoint = self.follow.gate.tick(self.now_us);
         world.set(self.now_us, &setpoint, self.follow.gate.state());
@@ -280,7 +281,8 @@ impl Engine {
                 let describes_us = stream.describes_us(acquired_us);
                 self.traces.stream(acquired_us, stream);
                 self.measure(acquired_us, stream);
-                if let Some(take) = &mut self.take {
+                let means = self.meaningless().is_none();
+                if let Some(take) = self.take.as_mut().filter(|_| means) {
                     let n_per_m = stream.stiffness_n_per_m.map(f64::from);
                     take.stiffness(describes_us, n_per_m);
                 }
@@ -291,10 +293,10 @@ impl Engine {
                 }
             }
             Packet::Reply(reply) => self.answered(Some(reply), world),
+            Packet::Calibration(_) => self.told_calibration(),
             _ => {}
         }
-        // While a person is measured their stiffness means nothing.
-        let Some(session) = session.filter(|_| !self.calibrating.under_way()) else {
+        let Some(session) = session.filter(|_| self.meaningless().is_none()) else {
             return;
         };
         match session.handle(Event::Frame(&frame), now_us) {

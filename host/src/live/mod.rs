@@ -12,6 +12,7 @@ mod latency;
 mod port;
 mod recall;
 mod request;
+mod restoring;
 mod show;
 mod takes;
 mod teaching;

@@ -1,6 +1,7 @@
 //! The engine in real time: devices in their threads, a page, a file, a robot.
 
 use std::collections::VecDeque;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -24,6 +25,8 @@ use crate::robot::udp::UdpRobot;
 
 /// The engine wakes so often at least: the robot's period.
 const WAKE: Duration = Duration::from_millis(1);
+/// What the wearable is told last is on its way for so long, if it was told anything.
+const PARTING: Duration = Duration::from_millis(500);
 /// Set-points go to the file so often, microseconds.
 const NOTE_EVERY_US: u64 = 10_000;
 
@@ -48,6 +51,12 @@ pub struct Real {
     /// What they do.
     acts: VecDeque<Act>,
     learnt: Learnt,
+    /// Why learning did not begin, until the engine is told.
+    unlearnt: Option<String>,
+    /// There are no more inputs.
+    ended: bool,
+    /// The wearable is told something at the end.
+    parting: bool,
     passkeys: Passkeys,
     keeper: Keeper,
     stop: Arc<AtomicBool>,
@@ -119,6 +128,9 @@ impl Real {
             hands: parts.hands,
             acts: VecDeque::new(),
             learnt: Learnt::default(),
+            unlearnt: None,
+            ended: false,
+            parting: false,
             passkeys: parts.passkeys,
             keeper: parts.keeper,
             stop: parts.stop,
@@ -132,12 +144,15 @@ impl Real {
     /// Ends the sources, closes the file.
     #[must_use]
     pub fn finish(mut self) -> Left {
+        if let Some(robot) = &mut self.robot {
+            robot.repeat();
+        }
+        if self.parting {
+            std::thread::sleep(PARTING);
+        }
         self.wearable.stop();
         if let Some(tracker) = &self.tracker {
             tracker.stop();
-        }
-        if let Some(robot) = &mut self.robot {
-            robot.repeat();
         }
         Left {
             hands: self.hands,
@@ -157,10 +172,24 @@ impl Real {
     }
 }
 
+/// What learning gives, or why not: a failure of the program itself must not leave the engine waiting for ever.
+fn surviving(learn: impl FnOnce() -> Result<Vec<u8>, String>) -> Result<Vec<u8>, String> {
+    // What a failure leaves half done is dropped with it.
+    catch_unwind(AssertUnwindSafe(learn)).unwrap_or_else(|cause| {
+        let text = cause.downcast_ref::<String>().map(String::as_str);
+        let text = text.or_else(|| cause.downcast_ref::<&str>().copied());
+        Err(format!(
+            "learning failed inside ({}): a fault of the program, please report it with the recording",
+            text.unwrap_or("no cause told")
+        ))
+    })
+}
+
 impl World for Real {
     fn next(&mut self) -> Option<(u64, Option<Input>)> {
         let now_us = self.inputs.now_us();
         if self.over(now_us) {
+            self.ended = true;
             return None;
         }
         // Before all that waits.
@@ -174,6 +203,9 @@ impl World for Real {
                 stiffness_n_per_m: told.stiffness_n_per_m,
             };
             return Some((now_us, Some(Input::Robot(seen))));
+        }
+        if let Some(problem) = self.unlearnt.take() {
+            return Some((now_us, Some(Input::Learnt(Err(problem)))));
         }
         if let Some(act) = self.acts.pop_front() {
             return Some((now_us, Some(Input::Act(act))));
@@ -206,6 +238,7 @@ impl World for Real {
         if let (Some(tracker), Request::Prompt(_)) = (&self.tracker, &request) {
             tracker.ask(request.clone());
         }
+        self.parting |= self.ended && matches!(request, Request::Frame(_));
         self.wearable.ask(request);
     }
 
@@ -213,7 +246,8 @@ impl World for Real {
         let (learnt, injector) = (Arc::clone(&self.learnt), self.injector.clone());
         let keeper = self.keeper.clone();
         let work = move || {
-            let outcome = job.run().and_then(|library| {
+            let outcome = surviving(|| {
+                let library = job.run()?;
                 let bytes = library.to_bytes().map_err(|error| error.to_string())?;
                 keeper.skills(&library);
                 let mut slot = learnt.lock().unwrap_or_else(PoisonError::into_inner);
@@ -229,8 +263,7 @@ impl World for Real {
             .name("learning".to_owned())
             .spawn(work);
         if let Err(error) = started {
-            let problem = format!("no thread to learn in: {error}");
-            let _told_later = self.injector.input(Input::Learnt(Err(problem)));
+            self.unlearnt = Some(format!("no thread to learn in: {error}"));
         }
     }
 
@@ -338,6 +371,16 @@ mod tests {
             position_m: [0.5, 0.0, 0.4],
             stiffness_n_per_m: [200.0; 3],
         })
+    }
+
+    #[test]
+    fn learning_that_fails_inside_tells_so() {
+        assert_eq!(surviving(|| Ok(vec![1])), Ok(vec![1]));
+        assert_eq!(surviving(|| Err("no".to_owned())), Err("no".to_owned()));
+        let told = surviving(|| panic!("the matrix {}", 7));
+        assert!(told.is_err_and(|text| text.contains("the matrix 7")));
+        let told = surviving(|| std::panic::panic_any(3_u8));
+        assert!(told.is_err_and(|text| text.contains("no cause told")));
     }
 
     #[test]

@@ -1,11 +1,13 @@
 //! The live program as a whole: engine, simulated devices, recording and a person who presses the buttons, in virtual
 //! time; and the program itself as a newcomer meets it.
 
+mod aborted;
 mod back;
 mod clocks;
 mod covered;
 mod elsewhere;
 mod lagging;
+mod left_out;
 mod link;
 mod long;
 mod newcomer;

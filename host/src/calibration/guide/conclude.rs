@@ -81,6 +81,18 @@ impl Guide {
     }
 }
 
+/// Whether a wearable works with levels to measure by: what it says is of nobody then.
+#[must_use]
+pub fn measures(calibration: &Calibration) -> bool {
+    let used = usize::from(calibration.channels).min(MAX_CHANNELS);
+    let levels = calibration.rest_v[..used]
+        .iter()
+        .zip(&calibration.mvc_v[..used]);
+    let mut levels = levels.map(|(rest_v, mvc_v)| (rest_v.to_bits(), mvc_v.to_bits()));
+    let wanted = (0.0_f32.to_bits(), MEASURING_MVC_V.to_bits());
+    calibration.revision == 0 && used > 0 && levels.all(|level| level == wanted)
+}
+
 /// The person on this wearable, with levels to measure by and an illustrative arm.
 #[allow(clippy::cast_possible_truncation, reason = "the packet carries f32")]
 pub(super) fn base(person: &Person, muscles: &[Muscle], semg_hz: f32) -> Calibration {
