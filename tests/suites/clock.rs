@@ -298,8 +298,10 @@ fn with_pings(
         } else {
             clock.arrived(BOOT, shown, came)
         };
-        let mapped = clock.host_us(BOOT, shown).unwrap();
-        each(left - HOST_BEGAN_US, notice, error_us(&mapped, left));
+        // Before the host began is no time of the host's.
+        let mapped = clock.host_us(BOOT, shown);
+        let error = mapped.map_or(f64::NEG_INFINITY, |mapped| error_us(&mapped, left));
+        each(left - HOST_BEGAN_US, notice, error);
     });
 }
 

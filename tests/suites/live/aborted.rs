@@ -15,6 +15,7 @@ const CUT_US: u64 = 20_000_000;
 struct GivesUp {
     began: bool,
     cut_us: Option<u64>,
+    cancelled: bool,
     now_us: u64,
     /// What the wearable said that it works with, and when.
     told: Vec<(u64, Calibration)>,
@@ -45,13 +46,14 @@ impl Someone for GivesUp {
         }
         let Some(cut_us) = self.cut_us else {
             let answered = view.calibration.step.is_some() && !view.calibration.waiting;
-            return if answered {
-                self.cut_us = Some(view.at_us);
-                vec![Act::CalibrationCancel]
-            } else {
-                Vec::new()
-            };
+            // Out of reach first, so that nothing of what follows arrives.
+            self.cut_us = answered.then_some(view.at_us);
+            return Vec::new();
         };
+        if !self.cancelled {
+            self.cancelled = true;
+            return vec![Act::CalibrationCancel];
+        }
         // Somebody who wants to go on.
         let restored = self.told.last().is_some_and(|(us, _)| *us > cut_us);
         if restored { Vec::new() } else { vec![Act::Arm] }
