@@ -50,11 +50,11 @@ pub struct Wearable {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Tracker {
-    /// Address of the Leap service.
+    /// Address of the Leap service, `ws://HOST:PORT`; or `leapc`, `leapc:FILE`: Ultraleap's library.
     pub leap: String,
     /// `right`, `left` or `either`.
     pub hand: String,
-    /// Shortest delay from a picture to its arrival, ms: it cannot be observed.
+    /// Shortest delay from a picture to its arrival over the WebSocket, ms: it cannot be observed.
     pub transport_ms: f64,
     /// Where the shoulder is in the tracker's frame; without it, where that of a person of 1.75 m is who sits before the
     /// tracker. `tonus teach --shoulder` and the page measure it.

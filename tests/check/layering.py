@@ -29,6 +29,8 @@ PACKAGES = {
     # The only place on the host where unsafe code stands; it knows nothing of Tonus.
     "tonus-native": set(),
     "tonus-tests": {"tonus", "tonus-native", "tonus-shared"},
+    # A library of others, played: it knows nothing of Tonus.
+    "tonus-leapc-stand": set(),
     "tonus-air": {"tonus-firmware", "tonus-shared"},
     # The host's own logic, over another Bluetooth stack.
     "tonus-air-central": {"tonus", "tonus-shared"},

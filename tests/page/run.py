@@ -86,6 +86,8 @@ def the_page_alone(tab, address):
         looked_at(tab, f"empty-{step}")
     story.teach(tab, lambda name: looked_at(tab, name))
     tab.click("step-calibrate")
+    looked_at(tab, "people")
+    recall(tab)
     tab.write("person-name", "ada")
     tab.click("calibrate")
     tab.wait_visible("calibration-step")
@@ -154,6 +156,16 @@ def keys(tab):
     tab.click("theme")
     tab.wait(f"document.documentElement.dataset.drawn !== '{before}'", "the theme changes")
     tab.click("theme")
+
+
+def recall(tab):
+    """Somebody who was measured before is chosen from the list, and the page says who is in use."""
+    names = tab.value(f"[...{find('known-name')}.options].map((option) => option.value)")
+    assert names == ["ben", "p07"], names
+    tab.value(f"{find('known-name')}.value = 'p07'")
+    tab.click("recall")
+    tab.wait_text("calibration-in-use", "p07")
+    tab.click("who-head")
 
 
 def lost(tab, process, address):

@@ -9,7 +9,7 @@ pub mod wearer;
 pub mod work;
 
 pub use demos::demos;
-pub use program::program;
+pub use program::{leapc_stand, program};
 pub use roots::{covariance_diagonal, triangle};
 use std::path::PathBuf;
 

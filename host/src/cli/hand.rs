@@ -4,27 +4,30 @@ use std::time::{Duration, Instant};
 
 use anyhow::bail;
 use serde_json::json;
-use tonus::leap::{Backoff, Config, Counts, Leap, Loss, Service, Side, Sight, Update, Wanted};
+use tonus::leap::{
+    Backoff, Config, Counts, Leap, Loss, Origin, Protocol, Side, Sight, Update, Wanted,
+};
 
 use super::options::positive;
 use super::say;
 
 const EXAMPLE: &str = "Example:
   tonus hand
-  tonus hand --leap ws://127.0.0.1:6437 --hand left --seconds 10 --json";
+  tonus hand --leap ws://127.0.0.1:6437 --hand left --seconds 10 --json
+  tonus hand --leap leapc";
 
 /// How long a silent service is waited for at once.
 const PATIENCE: Duration = Duration::from_millis(100);
 
 /// Print where the hand is that a Leap Motion controller sees.
 ///
-/// Needs the Leap service; with Gemini or later also the bridge UltraleapTrackingWebSocket.
+/// Needs the Leap service; with Gemini or later also Ultraleap's library LeapC, or the bridge UltraleapTrackingWebSocket.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
 pub(crate) struct HandArgs {
-    /// Where the service is.
+    /// Where the service is, or leapc[:FILE] for the library LeapC.
     #[arg(long, value_name = "URL", default_value = "ws://127.0.0.1:6437")]
-    leap: Service,
+    leap: Origin,
     /// Which hand.
     #[arg(long, value_enum, default_value_t = Which::Right)]
     hand: Which,
@@ -46,7 +49,7 @@ impl HandArgs {
         let started = Instant::now();
         let mut leap = Leap::new(
             Config {
-                service: self.leap,
+                origin: self.leap,
                 wanted: match self.hand {
                     Which::Left => Wanted::Only(Side::Left),
                     Which::Right => Wanted::Only(Side::Right),
@@ -65,9 +68,9 @@ impl HandArgs {
             }
             match leap.receive(PATIENCE) {
                 None | Some(Update::Unseen | Update::Refused(_)) => {}
-                Some(Update::Connected { version }) => {
+                Some(Update::Connected { protocol }) => {
                     (answered, last_loss) = (true, None);
-                    say(&connected(version, json))?;
+                    say(&connected(protocol, json))?;
                 }
                 Some(Update::Lost(loss)) => {
                     // Attempt after attempt for the same reason is told once.
@@ -88,11 +91,15 @@ impl HandArgs {
     }
 }
 
-fn connected(version: u8, json: bool) -> String {
+fn connected(protocol: Protocol, json: bool) -> String {
     if json {
-        format!("{}\n", json!({ "connected": { "protocol": version } }))
+        let protocol = match protocol {
+            Protocol::WebSocket(version) => json!(version),
+            Protocol::LeapC => json!("leapc"),
+        };
+        format!("{}\n", json!({ "connected": { "protocol": protocol } }))
     } else {
-        format!("connected, protocol {version}\n")
+        format!("connected, {protocol}\n")
     }
 }
 

@@ -38,7 +38,7 @@ pub(crate) struct RunArgs {
     /// The wearable: ble[:NAME], serial:PORT, myo, replay:FILE, lsl[:NAME] or sim [default: the configuration's].
     #[arg(long, value_name = "LINK")]
     link: Option<LinkChoice>,
-    /// Address of the Leap service, where the link is no simulation [default: the configuration's].
+    /// Address of the Leap service, or leapc[:FILE], where the link is no simulation [default: the configuration's].
     #[arg(long, value_name = "URL")]
     leap: Option<String>,
     /// The robot: simulated, or udp:HOST:PORT for a controller of your own [default: the configuration's].

@@ -49,11 +49,11 @@ impl Started {
         let known = self.clock.health().is_some_and(|health| health.settled);
         let late_us = if known { LATE_US } else { LATE_AT_FIRST_US };
         let latest_us = now_us.saturating_sub(late_us + u64::from(transport_us));
-        let expected = self.clock.host_us(ONLY, stamp.timestamp_us);
+        let expected = self.clock.host_us(ONLY, stamp.clock_us);
         if expected.is_ok_and(|expected| expected.at_us < latest_us) {
             return;
         }
-        let notice = self.clock.arrived(ONLY, stamp.timestamp_us, now_us);
+        let notice = self.clock.arrived(ONLY, stamp.clock_us, now_us);
         if matches!(
             notice,
             Some(Notice::Stepped { .. } | Notice::Resumed { .. })
@@ -68,6 +68,8 @@ impl Started {
 pub(super) struct Stamp {
     pub(super) id: i64,
     pub(super) timestamp_us: u64,
+    /// The newest time that the service's clock is known to have shown: when the frame came, or its time stamp.
+    pub(super) clock_us: u64,
 }
 
 impl Stamp {
@@ -139,7 +141,7 @@ impl Age {
         };
         // A counter of 64 bits is never refused.
         if let Ok(mut clock) = DeviceClock::new(config) {
-            clock.arrived(ONLY, stamp.timestamp_us, now_us);
+            clock.arrived(ONLY, stamp.clock_us, now_us);
             self.started = Some(Started {
                 clock,
                 at_us: now_us,

@@ -1,27 +1,17 @@
 //! The connection to a service: made, kept, made again.
 
-use std::io::ErrorKind;
+use std::path::Path;
 use std::time::{Duration, Instant};
 
-use thiserror::Error;
-use tungstenite::client::client_with_config;
-use tungstenite::protocol::frame::coding::CloseCode;
-use tungstenite::protocol::{WebSocket, WebSocketConfig};
-use tungstenite::{Error, HandshakeError, Message as Ws};
+use tonus_native::leapc::LeapC;
+use tungstenite::Error;
 
-use super::follower::{Counts, Follower, Message, Refusal, Sight, Wanted};
-use super::frame::MAX_BYTES;
-use super::line::Line;
-use super::service::Service;
-
-/// Newest version of the protocol, asked for first.
-const NEWEST: u8 = 6;
-/// Longest wait for the service to agree to the WebSocket.
-const HANDSHAKE_LIMIT: Duration = Duration::from_millis(1_000);
-/// A connection that brings nothing usable for so long is given up.
-const SILENCE_LIMIT: Duration = Duration::from_secs(3);
-/// Protocols 2 and 3 want a sign of life so often.
-const HEARTBEAT: Duration = Duration::from_millis(100);
+use super::follower::{Counts, Follower, Message, Protocol, Refusal, Sight, Wanted};
+use super::frame::{Content, FrameError, parse};
+use super::library::Library;
+use super::loss::{Loss, SILENCE_LIMIT};
+use super::origin::Origin;
+use super::socket::{NEWEST, Socket};
 
 /// Waits between attempts to connect: the first, doubled up to the longest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,66 +34,24 @@ impl Default for Backoff {
 /// Which service and which hand.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Config {
-    /// Where the service is.
-    pub service: Service,
+    /// Where frames come from.
+    pub origin: Origin,
     /// Which hand.
     pub wanted: Wanted,
-    /// Shortest delay from picture to arrival, which cannot be observed, microseconds.
+    /// Shortest delay from picture to arrival over the WebSocket, which cannot be observed, microseconds. LeapC's clock is
+    /// read with every frame.
     pub transport_us: u32,
     /// Waits between attempts.
     pub backoff: Backoff,
 }
 
-/// Why there is no connection.
-#[derive(Debug, Error)]
-pub enum Loss {
-    /// Nobody answers.
-    #[error(
-        "{url}: no Leap service: {source}; start it (with Gemini or later also UltraleapTrackingWebSocket), and check host and port"
-    )]
-    Connect {
-        /// What was asked for.
-        url: String,
-        /// The system's reason.
-        source: std::io::Error,
-    },
-    /// Somebody answers who is no such service, or none of this version.
-    #[error("{url}: no WebSocket of a Leap service: {source}; check host and port")]
-    Handshake {
-        /// What was asked for.
-        url: String,
-        /// The reason.
-        source: Box<Error>,
-    },
-    /// It accepts a connection and says no more.
-    #[error("{url}: answers nothing within {HANDSHAKE_LIMIT:?}; restart the Leap service")]
-    NoAnswer {
-        /// What was asked for.
-        url: String,
-    },
-    /// It was ended, or broke the rules.
-    #[error("the Leap service's connection ended: {0}")]
-    Ended(Box<Error>),
-    /// The service closed it.
-    #[error("the Leap service closed the connection: {0}")]
-    Closed(String),
-    /// Nothing usable for too long.
-    #[error(
-        "the Leap service sent nothing usable for {SILENCE_LIMIT:?}; check that the tracker is plugged in"
-    )]
-    Silent,
-    /// A protocol that is not known.
-    #[error(transparent)]
-    Version(Refusal),
-}
-
 /// What happened.
 #[derive(Debug)]
 pub enum Update {
-    /// The service said which protocol it speaks.
+    /// The service answers.
     Connected {
-        /// 1 to 6.
-        version: u8,
+        /// How it is spoken with.
+        protocol: Protocol,
     },
     /// There is no connection; another attempt follows by itself.
     Lost(Loss),
@@ -122,36 +70,45 @@ pub struct Leap {
     epoch: Instant,
     follower: Follower,
     state: State,
-    /// Version to ask for next.
+    /// Version of the WebSocket's protocol to ask for next.
     ask: u8,
     wait: Duration,
+    /// LeapC, once it is needed: kept, because it may not like to be unloaded.
+    leapc: Option<LeapC>,
 }
 
 #[derive(Debug)]
 enum State {
     /// Not before this instant.
     Waiting(Instant),
-    Connected(Box<Connection>),
+    Connected {
+        connection: Connection,
+        usable_at: Instant,
+    },
 }
 
 #[derive(Debug)]
-struct Connection {
-    socket: WebSocket<Line>,
-    usable_at: Instant,
-    heartbeat_at: Option<Instant>,
+enum Connection {
+    Socket(Box<Socket>),
+    Library(Library),
 }
 
 impl Leap {
     /// Connects at the first [`Leap::receive`]. Host time counts from `epoch`.
     #[must_use]
     pub fn new(config: Config, epoch: Instant) -> Self {
+        let transport_us = match config.origin {
+            Origin::Service(_) => config.transport_us,
+            Origin::LeapC(_) => 0,
+        };
         Self {
-            follower: Follower::new(config.wanted, config.transport_us),
+            follower: Follower::new(config.wanted, transport_us),
             wait: config.backoff.first,
             config,
             epoch,
             state: State::Waiting(epoch),
             ask: NEWEST,
+            leapc: None,
         }
     }
 
@@ -192,10 +149,13 @@ impl Leap {
                     }
                     self.connect()
                 }
-                State::Connected(connection) => match connection.next(until) {
+                State::Connected {
+                    connection,
+                    usable_at,
+                } => match connection.next(until, *usable_at + SILENCE_LIMIT) {
                     Ok(None) if Instant::now() >= until => return None,
                     Ok(None) => continue,
-                    Ok(Some(text)) => self.take(&text),
+                    Ok(Some(read)) => self.take(read),
                     Err(loss) => Err(loss),
                 },
             };
@@ -211,27 +171,45 @@ impl Leap {
     }
 
     fn connect(&mut self) -> Result<Option<Update>, Loss> {
-        let connection = Connection::open(&self.config.service, self.ask)?;
+        let connection = match &self.config.origin {
+            Origin::Service(service) => {
+                Connection::Socket(Box::new(Socket::open(service, self.ask)?))
+            }
+            Origin::LeapC(file) => {
+                Connection::Library(Library::open(loaded(&mut self.leapc, file.as_deref())?)?)
+            }
+        };
         self.follower.reconnect();
-        self.state = State::Connected(Box::new(connection));
+        self.state = State::Connected {
+            connection,
+            usable_at: Instant::now(),
+        };
         Ok(None)
     }
 
-    fn take(&mut self, text: &str) -> Result<Option<Update>, Loss> {
+    fn take(&mut self, read: Result<Content, FrameError>) -> Result<Option<Update>, Loss> {
         let now_us = self.now_us();
-        let outcome = self.follower.take(text, now_us);
-        let State::Connected(connection) = &mut self.state else {
+        let outcome = self.follower.take_read(read, now_us);
+        let State::Connected {
+            connection,
+            usable_at,
+        } = &mut self.state
+        else {
             return Ok(None);
         };
         if let Ok(message) = &outcome
             && !matches!(message, Message::Event)
         {
-            connection.usable_at = Instant::now();
+            *usable_at = Instant::now();
         }
         match outcome {
-            Ok(Message::Version(version)) => {
-                connection.greet(version)?;
-                Ok(Some(Update::Connected { version }))
+            Ok(Message::Protocol(protocol)) => {
+                if let (Connection::Socket(socket), Protocol::WebSocket(version)) =
+                    (connection, protocol)
+                {
+                    socket.greet(version)?;
+                }
+                Ok(Some(Update::Connected { protocol }))
             }
             Ok(Message::Event) => Ok(None),
             Ok(Message::Seen(sight)) => {
@@ -251,7 +229,7 @@ impl Leap {
     fn lose(&mut self, loss: &Loss) {
         let unspoken = match loss {
             Loss::Handshake { source, .. } => matches!(**source, Error::Http(_)),
-            Loss::Closed(_) => self.follower.version().is_none(),
+            Loss::Closed(_) => self.follower.protocol().is_none(),
             _ => false,
         };
         self.ask = if unspoken && self.ask > 1 {
@@ -268,83 +246,29 @@ impl Leap {
 }
 
 impl Connection {
-    fn open(service: &Service, version: u8) -> Result<Self, Loss> {
-        let url = service.url(version);
-        let line = match Line::open(service, Instant::now() + HANDSHAKE_LIMIT) {
-            Ok(line) => line,
-            Err(source) => return Err(Loss::Connect { url, source }),
-        };
-        let limits = WebSocketConfig::default()
-            .read_buffer_size(64 * 1024)
-            .write_buffer_size(0)
-            .max_message_size(Some(MAX_BYTES))
-            .max_frame_size(Some(MAX_BYTES));
-        match client_with_config(url.as_str(), line, Some(limits)) {
-            Ok((socket, _)) => Ok(Self {
-                socket,
-                usable_at: Instant::now(),
-                heartbeat_at: None,
-            }),
-            Err(HandshakeError::Interrupted(_)) => Err(Loss::NoAnswer { url }),
-            Err(HandshakeError::Failure(error)) => Err(Loss::Handshake {
-                url,
-                source: Box::new(error),
-            }),
+    /// What comes by `until`, or none by then or earlier; an error where nothing usable came by `silent_at`.
+    fn next(
+        &mut self,
+        until: Instant,
+        silent_at: Instant,
+    ) -> Result<Option<Result<Content, FrameError>>, Loss> {
+        if Instant::now() >= silent_at {
+            return Err(match self {
+                Self::Socket(_) => Loss::Silent,
+                Self::Library(library) => library.silence(),
+            });
         }
-    }
-
-    /// What a client says first, byte for byte: the bridge compares whole strings.
-    fn greet(&mut self, version: u8) -> Result<(), Loss> {
-        if version >= 4 {
-            self.say(r#"{"background":true}"#)?;
-            self.say(r#"{"focused":true}"#)?;
-        }
-        if version >= 5 {
-            self.say(r#"{"optimizeHMD":false}"#)?;
-        }
-        self.heartbeat_at = matches!(version, 2 | 3).then(Instant::now);
-        Ok(())
-    }
-
-    fn say(&mut self, text: &'static str) -> Result<(), Loss> {
-        let sent = self.socket.send(Ws::text(text));
-        sent.map_err(|error| Loss::Ended(Box::new(error)))
-    }
-
-    /// The next text, or none by `until` or earlier.
-    fn next(&mut self, until: Instant) -> Result<Option<String>, Loss> {
-        let now = Instant::now();
-        let silent_at = self.usable_at + SILENCE_LIMIT;
-        if now >= silent_at {
-            return Err(Loss::Silent);
-        }
-        if self.heartbeat_at.is_some_and(|due| now >= due) {
-            self.say(r#"{"heartbeat":true}"#)?;
-            self.heartbeat_at = Some(now + HEARTBEAT);
-        }
-        let wake = until.min(silent_at).min(self.heartbeat_at.unwrap_or(until));
-        self.socket.get_mut().wait_until(wake);
-        match self.socket.read() {
-            Ok(Ws::Text(text)) => Ok(Some(text.as_str().to_owned())),
-            Ok(Ws::Close(frame)) => Err(closed(
-                frame.map(|frame| (frame.code, frame.reason.to_string())),
-            )),
-            Ok(Ws::Binary(_) | Ws::Ping(_) | Ws::Pong(_) | Ws::Frame(_)) => Ok(None),
-            Err(Error::Io(error))
-                if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) =>
-            {
-                Ok(None)
-            }
-            Err(error) => Err(Loss::Ended(Box::new(error))),
+        let until = until.min(silent_at);
+        match self {
+            Self::Socket(socket) => Ok(socket.next(until)?.map(|text| parse(&text))),
+            Self::Library(library) => library.next(until),
         }
     }
 }
 
-fn closed(frame: Option<(CloseCode, String)>) -> Loss {
-    Loss::Closed(match frame {
-        Some((code, reason)) => format!("{} {reason}", u16::from(code))
-            .trim_end()
-            .to_owned(),
-        None => "without a reason".to_owned(),
-    })
+fn loaded<'a>(leapc: &'a mut Option<LeapC>, file: Option<&Path>) -> Result<&'a LeapC, Loss> {
+    match leapc {
+        Some(leapc) => Ok(leapc),
+        None => Ok(leapc.insert(LeapC::load(file)?)),
+    }
 }

@@ -1,5 +1,7 @@
 //! One hand out of the frames of a service; no sockets, and no clock but the times it is told.
 
+use std::fmt;
+
 use thiserror::Error;
 
 use super::age::{Age, Stamp};
@@ -17,6 +19,24 @@ pub enum Wanted {
     Only(Side),
     /// Whichever is seen, the one followed before first.
     Either,
+}
+
+/// How the service is spoken with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Protocol {
+    /// By this version of the WebSocket's, 1 to 6.
+    WebSocket(u8),
+    /// Through the library.
+    LeapC,
+}
+
+impl fmt::Display for Protocol {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::WebSocket(version) => write!(out, "protocol {version}"),
+            Self::LeapC => out.write_str("LeapC"),
+        }
+    }
 }
 
 /// A hand and when it was there.
@@ -47,7 +67,7 @@ impl Sight {
 #[expect(clippy::large_enum_variant, reason = "nearly all are sights")]
 pub enum Message {
     /// The protocol that is spoken from here on.
-    Version(u8),
+    Protocol(Protocol),
     /// Something about the devices.
     Event,
     /// The wanted hand, fresh.
@@ -134,19 +154,20 @@ impl Wanted {
 pub struct Follower {
     wanted: Wanted,
     age: Age,
-    version: Option<u8>,
+    protocol: Option<Protocol>,
     last: Option<Sight>,
     counts: Counts,
 }
 
 impl Follower {
-    /// Nothing seen. `transport_us` is the shortest delay from picture to arrival, which cannot be observed.
+    /// Nothing seen. `transport_us` is the shortest delay from picture to arrival, which cannot be observed; 0 where frames
+    /// come with the service's clock.
     #[must_use]
     pub fn new(wanted: Wanted, transport_us: u32) -> Self {
         Self {
             wanted,
             age: Age::new(transport_us),
-            version: None,
+            protocol: None,
             last: None,
             counts: Counts::default(),
         }
@@ -163,14 +184,14 @@ impl Follower {
     /// A connection was made or lost: what was seen is no longer followed. What was learnt of the service's clock stays,
     /// so that a service which goes on where it stood is aged at once.
     pub fn reconnect(&mut self) {
-        self.version = None;
+        self.protocol = None;
         self.last = None;
     }
 
     /// The protocol spoken, once the service has said it.
     #[must_use]
-    pub fn version(&self) -> Option<u8> {
-        self.version
+    pub fn protocol(&self) -> Option<Protocol> {
+        self.protocol
     }
 
     /// The hand as last seen, unless that was too long ago.
@@ -192,11 +213,23 @@ impl Follower {
     /// # Errors
     /// [`Refusal`]; counted, and nothing else.
     pub fn take(&mut self, text: &str, now_us: u64) -> Result<Message, Refusal> {
-        let outcome = self.judge(text, now_us);
+        self.take_read(parse(text), now_us)
+    }
+
+    /// Takes what was read of a message that came at `now_us`.
+    ///
+    /// # Errors
+    /// As [`Follower::take`].
+    pub fn take_read(
+        &mut self,
+        read: Result<Content, FrameError>,
+        now_us: u64,
+    ) -> Result<Message, Refusal> {
+        let outcome = self.judge(read, now_us);
         let count = match &outcome {
             Ok(Message::Seen(_)) => &mut self.counts.seen,
             Ok(Message::Unseen) => &mut self.counts.unseen,
-            Ok(Message::Version(_) | Message::Event) => return outcome,
+            Ok(Message::Protocol(_) | Message::Event) => return outcome,
             Err(Refusal::Frame(_) | Refusal::Version { .. } | Refusal::NoVersion) => {
                 &mut self.counts.malformed
             }
@@ -208,25 +241,35 @@ impl Follower {
         outcome
     }
 
-    fn judge(&mut self, text: &str, now_us: u64) -> Result<Message, Refusal> {
-        match parse(text)? {
+    fn judge(
+        &mut self,
+        read: Result<Content, FrameError>,
+        now_us: u64,
+    ) -> Result<Message, Refusal> {
+        match read? {
             Content::Event => Ok(Message::Event),
             Content::Version(got) => match u8::try_from(got) {
                 Ok(version) if VERSIONS.contains(&got) => {
-                    self.version = Some(version);
-                    Ok(Message::Version(version))
+                    Ok(self.spoken(Protocol::WebSocket(version)))
                 }
                 _ => Err(Refusal::Version { got }),
             },
-            Content::Frame(_) if self.version.is_none() => Err(Refusal::NoVersion),
+            Content::LeapC => Ok(self.spoken(Protocol::LeapC)),
+            Content::Frame(_) if self.protocol.is_none() => Err(Refusal::NoVersion),
             Content::Frame(frame) => self.frame(&frame, now_us),
         }
+    }
+
+    fn spoken(&mut self, protocol: Protocol) -> Message {
+        self.protocol = Some(protocol);
+        Message::Protocol(protocol)
     }
 
     fn frame(&mut self, frame: &Frame, now_us: u64) -> Result<Message, Refusal> {
         let stamp = Stamp {
             id: frame.id,
             timestamp_us: frame.timestamp_us,
+            clock_us: frame.clock_us.unwrap_or(frame.timestamp_us),
         };
         let exposed = self.age.place(stamp, now_us)?;
         let age_us = now_us - exposed.at_us;

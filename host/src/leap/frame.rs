@@ -5,6 +5,7 @@ use std::fmt;
 use serde::Deserialize;
 use serde::de::{Deserializer, IgnoredAny, SeqAccess, Visitor};
 use thiserror::Error;
+use tonus_native::leapc::Unreadable;
 
 /// Largest message, bytes: twenty times a frame with two hands and all their bones.
 pub const MAX_BYTES: usize = 256 * 1024;
@@ -60,6 +61,8 @@ pub struct Frame {
     pub id: i64,
     /// When the picture was taken, microseconds of the service's clock.
     pub timestamp_us: u64,
+    /// That clock when the frame came, where it can be read.
+    pub clock_us: Option<u64>,
     /// Hands in view, at most eight.
     pub hands: Vec<Hand>,
 }
@@ -69,6 +72,8 @@ pub struct Frame {
 pub enum Content {
     /// The protocol that will be spoken; the first message.
     Version(u64),
+    /// LeapC has reached its service; the first message.
+    LeapC,
     /// Something about the devices.
     Event,
     /// A frame.
@@ -109,6 +114,46 @@ pub enum FrameError {
         /// The largest possible.
         limit: f64,
     },
+    /// A time before its clock began.
+    #[error("`{field}` is {got} us; a time is no less than 0")]
+    Negative {
+        /// The library's name of it.
+        field: &'static str,
+        /// Its value.
+        got: i64,
+    },
+    /// What LeapC says no frame can.
+    #[error(transparent)]
+    LeapC(#[from] Unreadable),
+}
+
+impl Hand {
+    /// Itself.
+    ///
+    /// # Errors
+    /// [`FrameError::OutOfRange`] where no hand can be so.
+    pub(super) fn checked(self) -> Result<Self, FrameError> {
+        within("palmPosition", MAX_DISTANCE_M, self.palm_m)?;
+        if let Some(velocity) = self.velocity_m_per_s {
+            within("palmVelocity", MAX_SPEED_M_PER_S, velocity)?;
+        }
+        for (field, unit) in [
+            ("palmNormal", self.palm_normal),
+            ("direction", self.direction),
+        ] {
+            if let Some(unit) = unit {
+                within(field, 1.0 + ROUNDING, unit)?;
+            }
+        }
+        for (field, value) in [
+            ("grabStrength", self.grab),
+            ("pinchStrength", self.pinch),
+            ("confidence", self.confidence),
+        ] {
+            share(field, value)?;
+        }
+        Ok(self)
+    }
 }
 
 /// Reads one message.
@@ -133,6 +178,7 @@ pub fn parse(text: &str) -> Result<Content, FrameError> {
     Ok(Content::Frame(Frame {
         id: raw.id.ok_or(missing("id"))?,
         timestamp_us: raw.timestamp.ok_or(missing("timestamp"))?,
+        clock_us: None,
         hands: hands.iter().map(RawHand::hand).collect::<Result<_, _>>()?,
     }))
 }
@@ -188,45 +234,42 @@ struct RawHand {
 
 impl RawHand {
     fn hand(&self) -> Result<Hand, FrameError> {
-        let mm = |field, limit, vector: [f64; 3]| within(field, limit, vector.map(|v| v / 1e3));
-        let unit = |field, vector: Option<[f64; 3]>| {
-            vector.map(|v| within(field, 1.0 + ROUNDING, v)).transpose()
-        };
-        let velocity = |v| mm("palmVelocity", MAX_SPEED_M_PER_S, v);
-        Ok(Hand {
+        let metres = |vector: [f64; 3]| vector.map(|mm| mm / 1e3);
+        Hand {
             id: self.id,
             side: match self.side.as_deref() {
                 Some("left") => Some(Side::Left),
                 Some("right") => Some(Side::Right),
                 _ => None,
             },
-            palm_m: mm("palmPosition", MAX_DISTANCE_M, self.palm_position)?,
-            velocity_m_per_s: self.palm_velocity.map(velocity).transpose()?,
-            palm_normal: unit("palmNormal", self.palm_normal)?,
-            direction: unit("direction", self.direction)?,
-            grab: share("grabStrength", self.grab_strength)?,
-            pinch: share("pinchStrength", self.pinch_strength)?,
-            confidence: share("confidence", self.confidence)?,
-        })
+            palm_m: metres(self.palm_position),
+            velocity_m_per_s: self.palm_velocity.map(metres),
+            palm_normal: self.palm_normal,
+            direction: self.direction,
+            grab: self.grab_strength,
+            pinch: self.pinch_strength,
+            confidence: self.confidence,
+        }
+        .checked()
     }
 }
 
-fn within(field: &'static str, limit: f64, vector: [f64; 3]) -> Result<[f64; 3], FrameError> {
+fn within(field: &'static str, limit: f64, vector: [f64; 3]) -> Result<(), FrameError> {
     let impossible = |value: &&f64| value.is_nan() || value.abs() > limit;
     match vector.iter().find(impossible) {
-        None => Ok(vector),
+        None => Ok(()),
         Some(&got) => Err(FrameError::OutOfRange { field, got, limit }),
     }
 }
 
-fn share(field: &'static str, value: Option<f64>) -> Result<Option<f64>, FrameError> {
+fn share(field: &'static str, value: Option<f64>) -> Result<(), FrameError> {
     match value {
         Some(got) if !(-ROUNDING..=1.0 + ROUNDING).contains(&got) => Err(FrameError::OutOfRange {
             field,
             got,
             limit: 1.0,
         }),
-        _ => Ok(value),
+        _ => Ok(()),
     }
 }
 

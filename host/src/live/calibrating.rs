@@ -97,8 +97,10 @@ impl Calibrating {
             return guided.guide.result().map(|outcome| outcome.result.clone());
         }
         let known = self.known.as_ref()?;
-        let same = in_use?.revision == known.calibration().ok()?.revision;
-        same.then(|| known.result.clone())
+        let stands = known
+            .calibration()
+            .is_ok_and(|measured| Some(&measured) == in_use);
+        stands.then(|| known.result.clone())
     }
 
     fn outcome(&self) -> Option<&Outcome> {

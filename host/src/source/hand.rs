@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use crate::leap::{Config, Leap, Update};
+use crate::leap::{Config, Leap, Protocol, Update};
 use crate::live::{HandSeen, Input, Port, Prompt, Request, TrackerEvent};
 
 /// How long a frame is waited for before it is looked whether the program ends.
@@ -10,7 +10,7 @@ const LOOK: Duration = Duration::from_millis(50);
 
 /// Follows the hand, until the program ends; [`Leap`] connects again by itself.
 pub fn run(port: &Port, config: Config) {
-    let at = format!("{}:{}", config.service.host, config.service.port);
+    let at = config.origin.to_string();
     let Some(started) = Instant::now().checked_sub(Duration::from_micros(port.now_us())) else {
         // The program started before the system did.
         return port.input(Input::Tracker(TrackerEvent::Down {
@@ -28,8 +28,11 @@ pub fn run(port: &Port, config: Config) {
         }
         match leap.receive(LOOK) {
             None | Some(Update::Refused(_)) => {}
-            Some(Update::Connected { version }) => {
-                let name = format!("Leap service at {at}, protocol {version}");
+            Some(Update::Connected { protocol }) => {
+                let name = match protocol {
+                    Protocol::WebSocket(_) => format!("Leap service at {at}, {protocol}"),
+                    Protocol::LeapC => format!("Leap service through {at}"),
+                };
                 port.input(Input::Tracker(TrackerEvent::Up { name }));
             }
             Some(Update::Lost(loss)) => {

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use crate::link::ble::{BleError, Central, Wanted, find};
 use crate::link::myo::{self, Armband};
-use crate::live::{Input, Port, Request};
+use crate::live::{Input, Port, Prompt, Request};
 
 use super::wearable::{LOOK, SILENCE, again, down, system, up};
 
@@ -68,8 +68,11 @@ async fn serve<C: Central>(
             _ = look.tick() => {}
         }
         while let Some(request) = port.request(Duration::ZERO) {
-            if let Request::Frame(bytes) = request {
-                armband.request(&bytes, port.now_us(), send);
+            match request {
+                Request::Frame(bytes) => armband.request(&bytes, port.now_us(), send),
+                // The elbow is bent forward, the upper arm hangs.
+                Request::Prompt(Prompt::Flex) => armband.hangs(port.now_us()),
+                Request::Prompt(_) => armband.moves(),
             }
         }
         if heard.elapsed() > SILENCE {
@@ -79,3 +82,6 @@ async fn serve<C: Central>(
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -4,7 +4,10 @@ use std::net::{TcpListener, TcpStream, ToSocketAddrs};
 use std::path::Path;
 use std::time::Duration;
 
+use tonus_native::leapc::LeapC;
+
 use crate::config::{Config, ConfigError};
+use crate::leap::{Origin, Service};
 use crate::link::ble::BleError;
 use crate::link::ble::platform::SystemCentral;
 use crate::live::Lamp;
@@ -12,6 +15,7 @@ use crate::studio::setup;
 
 /// A service on this machine answers within this.
 const PATIENCE: Duration = Duration::from_millis(500);
+const TRACKER: &str = "hand tracker";
 
 /// One thing that was looked at.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -142,29 +146,52 @@ fn serial() -> Finding {
 }
 
 fn tracker(config: &Config) -> Finding {
-    const WHAT: &str = "hand tracker";
     let told = match setup::tracker(config) {
         Ok(told) => told,
         Err(error) => {
-            return Finding::missing(WHAT, Lamp::Bad, error.to_string(), "mend the configuration");
+            return Finding::missing(
+                TRACKER,
+                Lamp::Bad,
+                error.to_string(),
+                "mend the configuration",
+            );
         }
     };
-    let at = (told.service.host.as_str(), told.service.port);
+    match told.origin {
+        Origin::Service(service) => websocket(&service, &config.tracker.leap),
+        Origin::LeapC(file) => match LeapC::load(file.as_deref()) {
+            Ok(leapc) => Finding::good(
+                TRACKER,
+                format!(
+                    "LeapC at {}; `tonus hand --leap leapc` shows what it sees",
+                    leapc.path().display()
+                ),
+            ),
+            Err(error) => Finding::missing(
+                TRACKER,
+                Lamp::Warn,
+                error.to_string(),
+                "needed to see a real hand: do that, or follow the service's WebSocket ([tracker] leap = \"ws://127.0.0.1:6437\")",
+            ),
+        },
+    }
+}
+
+fn websocket(service: &Service, named: &str) -> Finding {
+    let at = (service.host.as_str(), service.port);
     let answers = at.to_socket_addrs().ok().is_some_and(|mut all| {
         all.any(|address| TcpStream::connect_timeout(&address, PATIENCE).is_ok())
     });
     if answers {
-        let found = format!(
-            "somebody answers at {}; `tonus hand` shows what it sees",
-            config.tracker.leap
-        );
-        return Finding::good(WHAT, found);
+        let found = format!("somebody answers at {named}; `tonus hand` shows what it sees");
+        return Finding::good(TRACKER, found);
     }
     Finding::missing(
-        WHAT,
+        TRACKER,
         Lamp::Warn,
-        format!("nobody answers at {}", config.tracker.leap),
-        "needed to see a real hand: start the Leap service (with Gemini or later also the bridge UltraleapTrackingWebSocket)",
+        format!("nobody answers at {named}"),
+        "needed to see a real hand: start the Leap service; with Gemini or later also the bridge UltraleapTrackingWebSocket, \
+         or use its library ([tracker] leap = \"leapc\")",
     )
 }
 

@@ -7,7 +7,7 @@ use rand::rngs::SysRng;
 
 use crate::clock::ClockConfig;
 use crate::config::Config;
-use crate::leap::{self, ServiceError, Side, Wanted};
+use crate::leap::{self, OriginError, Side, Wanted};
 use crate::live::{Body, BodyError, EngineConfig, simulated};
 use crate::robot::udp::{self, UdpError, UdpRobot};
 use crate::session::SessionConfig;
@@ -30,7 +30,7 @@ pub enum SetupError {
     },
     /// The address of the Leap service.
     #[error("[tracker] leap: {0}")]
-    Leap(#[from] ServiceError),
+    Leap(#[from] OriginError),
     /// The simulated robot.
     #[error(transparent)]
     Simulated(#[from] BodyError),
@@ -120,7 +120,7 @@ pub fn engine(config: &Config, link: &LinkChoice) -> Result<EngineConfig, SetupE
 /// [`SetupError::Leap`].
 pub fn tracker(config: &Config) -> Result<leap::Config, SetupError> {
     Ok(leap::Config {
-        service: config.tracker.leap.parse()?,
+        origin: config.tracker.leap.parse()?,
         wanted: match config.tracker.hand.as_str() {
             "left" => Wanted::Only(Side::Left),
             "right" => Wanted::Only(Side::Right),

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "test suite")]
 
 mod aged;
+mod library;
 mod messages;
 mod recorded;
 mod served;

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use tonus::leap::{
-    Content, Follower, FrameError, MAX_BYTES, Message, Refusal, Side, Wanted, parse,
+    Content, Follower, FrameError, MAX_BYTES, Message, Protocol, Refusal, Side, Wanted, parse,
 };
 use tonus_tests::seeded;
 
@@ -119,7 +119,10 @@ fn versions_that_are_known() {
     for version in 1..=6_u8 {
         let mut follower = Follower::new(Wanted::Either, 0);
         let text = format!(r#"{{"version":{version},"serviceVersion":"2.3.1"}}"#);
-        assert_eq!(follower.take(&text, 0), Ok(Message::Version(version)));
+        assert_eq!(
+            follower.take(&text, 0),
+            Ok(Message::Protocol(Protocol::WebSocket(version)))
+        );
     }
     for got in [0, 7, 300] {
         let mut follower = Follower::new(Wanted::Either, 0);

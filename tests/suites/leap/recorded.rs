@@ -10,8 +10,8 @@ use super::service::{Client, serve, updates};
 use super::{VERSION, frame};
 
 /// A row of the path that others read out of the same frames.
-struct Row {
-    t_s: f64,
+pub(crate) struct Row {
+    pub(crate) t_s: f64,
     palm_m: [f64; 3],
     grab: f64,
     pinch: f64,
@@ -19,7 +19,7 @@ struct Row {
     hand: i64,
 }
 
-fn rows(name: &str) -> Vec<Row> {
+pub(crate) fn rows(name: &str) -> Vec<Row> {
     let path = recordings().join(format!("leapjs_playback_v6/csv/{name}.csv"));
     let mut reader = csv::Reader::from_path(path).unwrap();
     reader
@@ -41,13 +41,13 @@ fn rows(name: &str) -> Vec<Row> {
 }
 
 /// Messages as the service sent them.
-fn messages(name: &str) -> Vec<String> {
+pub(crate) fn messages(name: &str) -> Vec<String> {
     let path = recordings().join(format!("leapjs_playback_v6/{name}_frames_v6.jsonl"));
     let text = std::fs::read_to_string(path).unwrap();
     text.lines().map(str::to_owned).collect()
 }
 
-fn stamp(message: &str) -> (i64, u64) {
+pub(crate) fn stamp(message: &str) -> (i64, u64) {
     let value: Value = serde_json::from_str(message).unwrap();
     (
         value["id"].as_i64().unwrap(),
@@ -55,7 +55,7 @@ fn stamp(message: &str) -> (i64, u64) {
     )
 }
 
-fn agrees(sight: &Sight, row: &Row) {
+pub(crate) fn agrees(sight: &Sight, row: &Row) {
     let hand = &sight.hand;
     assert_eq!((hand.id, hand.side), (row.hand, Some(Side::Right)));
     let all = hand.palm_m.iter().zip(&row.palm_m);

@@ -6,7 +6,7 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
-use tonus::leap::{Loss, Refusal, Service, Update};
+use tonus::leap::{Loss, Protocol, Refusal, Service, Update};
 use tungstenite::Message;
 use tungstenite::protocol::CloseFrame;
 use tungstenite::protocol::frame::coding::CloseCode;
@@ -234,7 +234,12 @@ fn versions_go_down_until_one_is_spoken() {
     });
     let all = updates(&mut leap, PATIENCE, |all| connected(all) > 0);
     assert!(
-        matches!(all.last(), Some(Update::Connected { version: 4 })),
+        matches!(
+            all.last(),
+            Some(Update::Connected {
+                protocol: Protocol::WebSocket(4)
+            })
+        ),
         "{all:?}"
     );
     service.join().unwrap();
@@ -277,7 +282,12 @@ fn a_service_of_protocol_3_is_kept_alive_and_tells_no_side() {
     });
     service.join().unwrap();
     assert!(
-        matches!(all[0], Update::Connected { version: 3 }),
+        matches!(
+            all[0],
+            Update::Connected {
+                protocol: Protocol::WebSocket(3)
+            }
+        ),
         "{:?}",
         all[0]
     );

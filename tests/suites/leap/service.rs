@@ -4,7 +4,7 @@ use std::net::{TcpListener, TcpStream};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use tonus::leap::{Backoff, Config, Leap, Service, Side, Update, Wanted};
+use tonus::leap::{Backoff, Config, Leap, Origin, Service, Side, Update, Wanted};
 use tungstenite::handshake::server::{Request, Response};
 use tungstenite::{Message, WebSocket, accept_hdr};
 
@@ -64,8 +64,13 @@ pub(crate) fn serve(script: impl FnOnce(&TcpListener) + Send + 'static) -> (Leap
 }
 
 pub(crate) fn client(service: Service) -> Leap {
+    follow(Origin::Service(service))
+}
+
+/// A client of a right hand.
+pub(crate) fn follow(origin: Origin) -> Leap {
     let config = Config {
-        service,
+        origin,
         wanted: Wanted::Only(Side::Right),
         transport_us: 0,
         backoff: Backoff {

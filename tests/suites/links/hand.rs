@@ -3,7 +3,7 @@
 use std::net::TcpListener;
 use std::time::{Duration, Instant};
 
-use tonus::leap::{Backoff, Config, Service, Side, Wanted};
+use tonus::leap::{Backoff, Config, Origin, Service, Side, Wanted};
 use tonus::live::{Input, Inputs, Prompt, Request, SessionClock, TrackerEvent};
 use tonus::source::hand;
 use tungstenite::{Message, accept};
@@ -33,10 +33,10 @@ fn serve(listener: &TcpListener, frames: u32) {
 fn pictures_carry_the_session_time_at_which_they_were_taken_and_a_lost_service_is_told() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let config = Config {
-        service: Service {
+        origin: Origin::Service(Service {
             host: "127.0.0.1".to_owned(),
             port: listener.local_addr().unwrap().port(),
-        },
+        }),
         wanted: Wanted::Only(Side::Right),
         transport_us: 0,
         backoff: Backoff::default(),
@@ -76,13 +76,44 @@ fn pictures_carry_the_session_time_at_which_they_were_taken_and_a_lost_service_i
 }
 
 #[test]
+fn a_library_that_is_not_there_is_told_with_what_to_do() {
+    let config = Config {
+        origin: Origin::LeapC(Some("/nowhere/libLeapC.so".into())),
+        wanted: Wanted::Either,
+        transport_us: 0,
+        backoff: Backoff::default(),
+    };
+    let inputs = Inputs::new(SessionClock::start());
+    let (port, plug) = inputs.port();
+    let running = std::thread::spawn(move || hand::run(&port, config));
+    let down = |input: &Input| matches!(input, Input::Tracker(TrackerEvent::Down { .. }));
+    // It is tried again, as whatever else is not there.
+    for _ in 0..2 {
+        let came = until(&inputs, down);
+        let Input::Tracker(TrackerEvent::Down { reason }) = &came.last().unwrap().input else {
+            panic!("{came:?}");
+        };
+        for part in [
+            "/nowhere/libLeapC.so",
+            "install",
+            "TONUS_LEAPC",
+            "ws://127.0.0.1:6437",
+        ] {
+            assert!(reason.contains(part), "{reason}");
+        }
+    }
+    plug.stop();
+    running.join().unwrap();
+}
+
+#[test]
 fn the_other_hand_is_followed_while_it_touches_the_shoulder() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let config = Config {
-        service: Service {
+        origin: Origin::Service(Service {
             host: "127.0.0.1".to_owned(),
             port: listener.local_addr().unwrap().port(),
-        },
+        }),
         wanted: Wanted::Only(Side::Right),
         transport_us: 0,
         backoff: Backoff::default(),

@@ -8,6 +8,7 @@
     reason = "test suite"
 )]
 
+mod attitude;
 #[cfg(target_os = "linux")]
 mod bluez;
 mod hand;

@@ -21,6 +21,14 @@ use tonus::studio::virtually::Someone;
 use crate::taught::Teaches;
 use crate::world::{config, run, run_with};
 
+struct Recorded<Hands> {
+    hands: Hands,
+    recorder: Recorder,
+    noted: u64,
+    measured: Option<Profile>,
+    learnt: Option<Vec<u8>>,
+}
+
 /// First shoulder and robot are taught, then the story is told.
 #[derive(Default)]
 struct Whole {
@@ -55,14 +63,6 @@ fn note(places: &mut Places, view: &View) {
             in_robot_m.map(f64::to_bits),
         );
     }
-}
-
-struct Recorded<Hands> {
-    hands: Hands,
-    recorder: Recorder,
-    noted: u64,
-    measured: Option<Profile>,
-    learnt: Option<Vec<u8>>,
 }
 
 impl<Hands> Recorded<Hands> {

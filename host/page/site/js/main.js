@@ -6,6 +6,7 @@ import { at, flag, say, show } from "./dom.js";
 import { connect as connectStep, health, setUpConnect } from "./health.js";
 import { messages, refused } from "./messages.js";
 import { muscles } from "./muscles.js";
+import { people, setUpPeople } from "./people.js";
 import { connect, on } from "./program.js";
 import { recognition } from "./recognition.js";
 import { record, setUpRecord } from "./record.js";
@@ -36,7 +37,7 @@ function setUpTheme() {
   tell();
 }
 
-const PARTS = [work, robot, follow, muscles, signals, space, recognition, health, connectStep, teach, calibration, record, train, messages];
+const PARTS = [work, robot, follow, muscles, signals, space, recognition, health, connectStep, teach, calibration, people, record, train, messages];
 
 setUpTheme();
 setUpWork();
@@ -45,6 +46,7 @@ setUpSignals();
 setUpConnect();
 setUpTeach();
 setUpCalibration();
+setUpPeople();
 setUpRecord();
 setUpTrain();
 on("view", (view) => PARTS.forEach((part) => part(view)));

@@ -10,6 +10,7 @@ use tonus_shared::pipeline::{Board, CalibrationError, illustrative};
 use tonus_shared::sample::{AdcScale, AdcScaleError, Scan};
 use tonus_shared::wire::Muscle;
 
+use super::attitude::Attitude;
 use super::pace::Pace;
 use super::packet::{self, Imu, PacketError};
 use super::{IMU, SEMG};
@@ -49,8 +50,9 @@ pub enum MyoError {
 
 /// A Myo armband on the upper arm.
 ///
-/// Its attitude is read and kept, but is no part of the posture: how the armband is turned about the arm, and where its heading
-/// points, nothing tells. The posture rests on the hand, or is the assumed one, and the stream's flags say so.
+/// Its attitude becomes the upper arm's once a posture that is known has shown how it sits ([`Armband::hangs`]), and enters the
+/// posture as the wearable's does. Until then, and on every new link, the posture rests on the hand, or is the assumed one,
+/// and the stream's flags say so.
 #[derive(Debug)]
 pub struct Armband {
     bridge: Bridge<CHANNELS>,
@@ -58,6 +60,7 @@ pub struct Armband {
     /// Session time of the newest packet and device time of its newest sample, us.
     newest: Option<(u64, u64)>,
     imu: Option<Imu>,
+    attitude: Attitude,
 }
 
 impl Armband {
@@ -77,11 +80,13 @@ impl Armband {
             pace: Pace::default(),
             newest: None,
             imu: None,
+            attitude: Attitude::default(),
         })
     }
 
-    /// A link has come up.
+    /// A link has come up. Whether the armband has meanwhile been taken off, or has chosen another heading, nobody knows.
     pub fn connected(&mut self) {
+        self.attitude = Attitude::default();
         self.pace.link();
         self.bridge.connected();
     }
@@ -90,6 +95,17 @@ impl Armband {
     #[must_use]
     pub fn imu(&self) -> Option<Imu> {
         self.imu
+    }
+
+    /// At session time `at_us` the person was asked to let the upper arm hang, the elbow bent forward. How the armband sits
+    /// is learnt from the first second, of those from one to four seconds later, in which they hold still.
+    pub fn hangs(&mut self, at_us: u64) {
+        self.attitude.hangs(at_us);
+    }
+
+    /// The person was asked for something else.
+    pub fn moves(&mut self) {
+        self.attitude.moves();
     }
 
     /// Takes one notification that came at session time `at_us`; frames leave through `send`. Those of other
@@ -105,7 +121,12 @@ impl Armband {
         mut send: impl FnMut(&[u8]),
     ) -> Result<(), PacketError> {
         if characteristic == IMU {
-            self.imu = Some(packet::imu(bytes)?);
+            let imu = packet::imu(bytes)?;
+            self.imu = Some(imu);
+            if let Some(xyzw) = self.attitude.take(&imu, at_us) {
+                // One before the first scan is refused, and counted by the pipeline.
+                let _counted = self.bridge.set_orientation(xyzw, self.device_us(at_us));
+            }
             return Ok(());
         }
         let Some(turn) = SEMG.iter().position(|id| *id == characteristic) else {

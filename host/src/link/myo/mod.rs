@@ -4,6 +4,7 @@
 //! all values big-endian; the armband sends them little-endian, as its other clients read them.
 
 mod armband;
+mod attitude;
 mod pace;
 mod packet;
 
