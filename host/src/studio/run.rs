@@ -116,7 +116,7 @@ pub fn run(
     let inputs = Inputs::new(clock);
     let speaker = plan
         .lsl
-        .then(|| Speaker::start(&plan.link.to_string(), clock));
+        .then(|| Speaker::start(&plan.link.to_string(), plan.config.clock(), clock));
     let speaker = speaker.transpose()?;
     let injector = inputs.injector();
     let passkeys = Passkeys::new(plan.page);

@@ -10,6 +10,7 @@ mod long;
 mod newcomer;
 mod played;
 mod recalled;
+mod stamped;
 mod story;
 mod taught;
 mod waiting;
