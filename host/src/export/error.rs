@@ -25,6 +25,12 @@ pub enum ExportError {
         /// What failed.
         source: std::io::Error,
     },
+    /// Somebody's demonstrations are there already.
+    #[error("{}: holds other demonstrations already, and would be lost: name another output, or move it away", .path.display())]
+    Exists {
+        /// The file.
+        path: PathBuf,
+    },
     /// The engine that joins demonstrations does not start.
     #[error(transparent)]
     Engine(Box<EngineError>),
