@@ -3,6 +3,7 @@
 pub mod doctor;
 pub mod hands;
 pub mod keep;
+pub mod keyboard;
 pub mod play;
 pub mod real;
 pub mod run;

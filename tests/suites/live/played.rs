@@ -255,10 +255,10 @@ fn again_as_devices(file: &Path) {
     let recorded: Vec<Vec<u8>> = recorded
         .filter_map(|timed| frames(timed.unwrap().input))
         .collect();
-    let inputs = Inputs::new(SessionClock::start());
+    let inputs = Inputs::new(SessionClock::at_pace(100.0));
     let (port, _plug) = inputs.port();
     let reading = replay::open(file).unwrap();
-    let replaying = std::thread::spawn(move || replay::run(reading, 100.0, &port));
+    let replaying = std::thread::spawn(move || replay::run(reading, &port));
     let mut came = Vec::new();
     let mut acts = 0;
     loop {
