@@ -1,5 +1,6 @@
 //! All of it joined: devices, engine, recording, page and robot.
 
+mod beside;
 pub mod doctor;
 pub mod hands;
 pub mod keep;

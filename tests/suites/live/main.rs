@@ -1,6 +1,7 @@
 //! The live program as a whole: engine, simulated devices, recording and a person who presses the buttons, in virtual
 //! time; and the program itself as a newcomer meets it.
 
+mod after;
 mod back;
 mod clocks;
 mod covered;
