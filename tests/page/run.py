@@ -270,7 +270,7 @@ def story_alone(command):
         tab.open(address)
         tab.wait("!document.body.classList.contains('stale')", "the page is live")
         try:
-            print("recognised:", story.whole(tab, LABELS, each=4, seconds=5.2, look=lambda name: looked_at(tab, name)))
+            print("recognised:", story.whole(tab, LABELS, each=5, seconds=5.2, look=lambda name: looked_at(tab, name)))
             nothing_left_the_machine(tab, address)
         finally:
             tab.picture(PICTURES / "story.png")
