@@ -20,6 +20,31 @@ pub fn write(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     write_with(path, |file| file.write_all(bytes))
 }
 
+/// As [`write()`], readable by its owner alone: for what is private. Where the system knows no such thing, as any file.
+///
+/// # Errors
+/// What the system says.
+pub fn write_private(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    // Temporary files are private.
+    let mut file = tempfile::Builder::new().tempfile_in(folder_of(path))?;
+    file.write_all(bytes)?;
+    file.as_file().sync_all()?;
+    file.persist(path).map_err(|failed| failed.error)?;
+    Ok(())
+}
+
+/// Makes a folder and those above it, if they are not there; those that are made are open to their owner alone.
+///
+/// # Errors
+/// What the system says.
+pub fn private_folder(path: &Path) -> std::io::Result<()> {
+    let mut builder = std::fs::DirBuilder::new();
+    builder.recursive(true);
+    #[cfg(unix)]
+    std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
+    builder.create(path)
+}
+
 /// Writes a file piece by piece so that an interruption or an error leaves the old one or the new one.
 ///
 /// # Errors

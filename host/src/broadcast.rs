@@ -25,13 +25,13 @@ pub struct Broadcast {
 
 impl Broadcast {
     /// Waits for a wearable. `link` names it; with the same name the stream keeps its source id, so that listeners find it
-    /// again after a restart.
+    /// again after a restart. `clock` says how the wearable's clock is read.
     #[must_use]
-    pub fn new(lsl: Lsl, link: &str) -> Self {
+    pub fn new(lsl: Lsl, link: &str, clock: ClockConfig) -> Self {
         Self {
             lsl,
             source_id: format!("tonus:{link}"),
-            clock: DeviceClock::new(ClockConfig::default()).ok(),
+            clock: DeviceClock::new(clock).ok(),
             order: SequenceTracker::new(),
             open: None,
         }

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use crate::clock::ClockConfig;
 use crate::robot::limits::{ConfigError as LimitsError, Fallback, Limits};
 use crate::transform::{Shoulder, Stored};
 
@@ -334,6 +335,20 @@ impl Config {
     pub fn text(&self) -> String {
         // Plain tables of numbers and texts.
         toml::to_string_pretty(self).unwrap_or_default()
+    }
+
+    /// How the wearable's clock is read.
+    #[must_use]
+    pub fn clock(&self) -> ClockConfig {
+        ClockConfig {
+            #[allow(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "checked: 0 to 1000 ms"
+            )]
+            transport_us: (self.wearable.transport_ms * 1e3) as u32,
+            ..ClockConfig::default()
+        }
     }
 
     /// What the robot must keep to.

@@ -126,10 +126,10 @@ ROOMS = {
         # The wearable's stream for other programs.
         "broadcast": {"clock", "live"},
         # Recordings for other programs.
-        "export": {"atomic", "clock", "demonstration", "library", "live", "recording", "robot", "session"},
+        "export": {"atomic", "clock", "config", "demonstration", "library", "live", "recording", "robot", "session"},
         # What is seen, in a browser.
         "page": {"live"},
-        "config": {"atomic", "robot", "transform"},
+        "config": {"atomic", "clock", "robot", "transform"},
         # All of it joined: threads, files, page.
         "studio": {"atomic", "broadcast", "calibration", "clock", "config", "leap", "library", "link", "live", "page", "recording", "robot", "session",
                    "simulate", "source", "store", "transform"},

@@ -8,6 +8,7 @@ use thiserror::Error;
 use tonus_native::lsl::{Lsl, LslError};
 
 use super::Broadcast;
+use crate::clock::ClockConfig;
 use crate::live::{Input, SessionClock, Timed};
 
 /// Frames that wait: some seconds of them.
@@ -33,12 +34,12 @@ pub struct Speaker {
 }
 
 impl Speaker {
-    /// Loads liblsl and waits for a wearable on this link.
+    /// Loads liblsl and waits for a wearable on this link, whose clock is read as `told` says.
     ///
     /// # Errors
     /// [`SpeakerError`].
-    pub fn start(link: &str, clock: SessionClock) -> Result<Self, SpeakerError> {
-        let broadcast = Broadcast::new(Lsl::load(None)?, link);
+    pub fn start(link: &str, told: ClockConfig, clock: SessionClock) -> Result<Self, SpeakerError> {
+        let broadcast = Broadcast::new(Lsl::load(None)?, link, told);
         let (frames, received) = sync_channel(QUEUE);
         let problem = Arc::new(OnceLock::new());
         let told = Arc::clone(&problem);

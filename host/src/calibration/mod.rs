@@ -34,7 +34,7 @@ pub use fit_check::{Finding, FitCheck, FitCheckError, Pattern, Verdict};
 pub use guide::{Guide, GuideError, Outcome, measures};
 pub use plan::{Hold, Task};
 pub use profile::{Profile, ProfileError};
-pub use view::{CalibrationResult, Estimate, Person, StepView};
+pub use view::{CalibrationResult, Estimate, NameError, Person, StepView};
 
 use tonus_shared::wire::Muscle;
 

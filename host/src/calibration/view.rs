@@ -64,3 +64,57 @@ pub struct Person {
     /// Mains frequency where they are, 50 or 60 Hz; none for no notch.
     pub mains_hz: Option<u8>,
 }
+
+/// Longest name of a person, bytes: a file's name holds it, whatever it is made of.
+const MAX_NAME_BYTES: usize = 64;
+
+/// Why a text names nobody.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("`{}` is no name ({} bytes): give 1 to {MAX_NAME_BYTES} bytes of printable characters", got.escape_debug(), got.len())]
+pub struct NameError {
+    /// What was given.
+    pub got: String,
+}
+
+impl Person {
+    /// A name as it is kept: without spaces around it.
+    ///
+    /// # Errors
+    /// [`NameError`] for an empty one, a longer one than files carry, or one with control characters.
+    pub fn name_of(given: &str) -> Result<String, NameError> {
+        let name = given.trim();
+        let fine =
+            (1..=MAX_NAME_BYTES).contains(&name.len()) && !name.chars().any(char::is_control);
+        if fine {
+            Ok(name.to_owned())
+        } else {
+            Err(NameError {
+                got: name.to_owned(),
+            })
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_what_files_and_people_can_carry() {
+        assert_eq!(Person::name_of(" Zoë, left ").as_deref(), Ok("Zoë, left"));
+        // Two bytes each: 32 of them are 64.
+        assert!(Person::name_of(&"ë".repeat(32)).is_ok());
+        for wrong in [
+            "",
+            "  ",
+            "a\nb",
+            "\u{1b}[2J",
+            &"ë".repeat(33),
+            &"a".repeat(65),
+        ] {
+            let refused = Person::name_of(wrong).expect_err(wrong).to_string();
+            assert!(refused.contains("1 to 64 bytes"), "{refused}");
+            assert!(!refused.contains(char::is_control), "{refused}");
+        }
+    }
+}

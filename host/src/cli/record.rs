@@ -12,6 +12,7 @@ use tonus::live::{Person, View};
 use tonus::source::LinkChoice;
 use tonus::studio::hands::Hands;
 use tonus::studio::keep::{self, Keeper};
+use tonus::studio::keyboard::Keyboard;
 use tonus::studio::run::{Plan, Ran, run};
 use tonus::studio::terminal::{Calibrates, Enter, Records};
 use tonus_shared::stiffness::Segments;
@@ -95,9 +96,10 @@ struct Devices {
     seed: u64,
 }
 
-/// What is kept, and of whom something is.
+/// What is kept, of whom something is, and who answers.
 #[derive(Default)]
 struct Known {
+    keyboard: Keyboard,
     keeper: Keeper,
     person: Option<Profile>,
 }
@@ -118,7 +120,11 @@ impl Devices {
         (config, link): (Config, LinkChoice),
         hands: Box<dyn Hands>,
         record: Option<PathBuf>,
-        Known { keeper, person }: Known,
+        Known {
+            keyboard,
+            keeper,
+            person,
+        }: Known,
     ) -> anyhow::Result<(Ran, bool)> {
         let stop = Arc::new(AtomicBool::new(false));
         stop_at_signal(Arc::clone(&stop))?;
@@ -136,7 +142,7 @@ impl Devices {
             person,
             seed: self.seed,
             pace: 1.0,
-            ask_passkey: Arc::new(ask_passkey),
+            ask_passkey: ask_passkey(keyboard),
             stop: Arc::clone(&stop),
         };
         let ran = run(plan, |_| {}, problems())?;
@@ -172,11 +178,11 @@ fn aloud(json: bool) -> Box<dyn FnMut(&str)> {
     })
 }
 
-fn enter(link: &LinkChoice) -> Enter {
+fn enter(link: &LinkChoice, keyboard: &Keyboard) -> Enter {
     if *link == LinkChoice::Simulated {
         Enter::at_once()
     } else {
-        Enter::of_terminal()
+        Enter::of(keyboard.presses())
     }
 }
 
@@ -196,7 +202,7 @@ impl RecordArgs {
         let records = Records::new(
             self.label,
             self.count,
-            enter(&found.1),
+            enter(&found.1, &known.keyboard),
             lasts_us,
             aloud(json),
         );
@@ -225,16 +231,18 @@ impl CalibrateArgs {
         let found = self.devices.found()?;
         Segments::new(self.mass, self.height)?;
         let person = Person {
-            name: self.name,
+            name: Person::name_of(&self.name)?,
             body_mass_kg: self.mass,
             body_height_m: self.height,
             mains_hz: self.mains,
         };
         let name = person.name.clone();
-        let calibrates = Calibrates::new(person, enter(&found.1), aloud(json));
+        let keyboard = Keyboard::default();
+        let calibrates = Calibrates::new(person, enter(&found.1, &keyboard), aloud(json));
         let done = calibrates.finished();
         let people = found.0.recording.people.clone();
         let known = Known {
+            keyboard,
             keeper: Keeper::new(None, Some(people.clone())),
             person: None,
         };

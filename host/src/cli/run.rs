@@ -9,10 +9,12 @@ use anyhow::{Context, bail};
 use serde_json::json;
 use tonus::config::Config;
 use tonus::library::Library;
+use tonus::link::ble::{AskPasskey, PASSKEY_WITHIN, passkey};
 use tonus::live::View;
 use tonus::source::LinkChoice;
 use tonus::studio::hands::Hands;
 use tonus::studio::keep::{self, Keeper};
+use tonus::studio::keyboard::Keyboard;
 use tonus::studio::run::{Plan, Ran, run};
 use tonus::studio::story::Story;
 
@@ -84,7 +86,8 @@ pub(crate) struct RunArgs {
     /// Stop after this time.
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
     seconds: Option<f64>,
-    /// A recording in the wearable's place runs so many times as fast as it was.
+    /// A recording in the wearable's place runs so many times as fast as it was, and the session with it: for looking, with
+    /// the simulated robot and without --lsl.
     #[arg(long, value_name = "TIMES", value_parser = positive, default_value = "1")]
     pace: f64,
     /// Everything simulated follows from it.
@@ -138,11 +141,7 @@ impl RunArgs {
                 "only a simulated person tells the story: --story needs --link sim"
             ));
         }
-        if self.story && config.robot.to != "simulated" {
-            bail!(super::UsageError(
-                "a simulated person arms no real robot: --story needs --robot simulated"
-            ));
-        }
+        self.check_outside(&config, &link)?;
         let record = match (&self.record, self.no_record || simulated) {
             (Some(file), _) => Some(file.clone()),
             (None, true) => None,
@@ -182,7 +181,7 @@ impl RunArgs {
             lsl: self.lsl,
             seed: self.seed,
             pace: self.pace,
-            ask_passkey: Arc::new(ask_passkey),
+            ask_passkey: ask_passkey(Keyboard::default()),
             stop,
         };
         if let Some(file) = file.filter(|_| !json) {
@@ -190,6 +189,25 @@ impl RunArgs {
         }
         let ran = run(plan, |url| served(url, json, open), teller(json))?;
         end(&ran, json)
+    }
+}
+
+impl RunArgs {
+    /// No story for a real robot; and devices have their own pace, and so has whoever follows outside.
+    fn check_outside(&self, config: &Config, link: &LinkChoice) -> Result<(), super::UsageError> {
+        let simulated = config.robot.to == "simulated";
+        if self.story && !simulated {
+            return Err(super::UsageError(
+                "a simulated person arms no real robot: --story needs --robot simulated",
+            ));
+        }
+        let alone = !self.lsl && simulated;
+        if self.pace == 1.0 || (alone && matches!(link, LinkChoice::Replay(_))) {
+            return Ok(());
+        }
+        Err(super::UsageError(
+            "only a session of recorded devices has another pace, and nobody outside follows it: --pace needs --link replay:FILE and --robot simulated, and no --lsl",
+        ))
     }
 }
 
@@ -210,14 +228,21 @@ fn library(
 }
 
 /// Asks at the terminal for the six digits that a wearable shows.
-pub(crate) fn ask_passkey(name: &str) -> Option<u32> {
-    if !stdin().is_terminal() {
-        return None;
-    }
-    say(&format!("the passkey that {name} shows: ")).ok()?;
-    let mut line = String::new();
-    stdin().read_line(&mut line).ok()?;
-    line.trim().parse().ok().filter(|digits| *digits <= 999_999)
+pub(crate) fn ask_passkey(keyboard: Keyboard) -> AskPasskey {
+    Arc::new(move |name| {
+        if !stdin().is_terminal() {
+            return None;
+        }
+        say(&format!("the passkey that {name} shows: ")).ok()?;
+        let typed = keyboard.ask(PASSKEY_WITHIN)?;
+        match passkey(&typed) {
+            Ok(digits) => Some(digits),
+            Err(not_taken) => {
+                let _unread = say(&format!("{not_taken}\n"));
+                None
+            }
+        }
+    })
 }
 
 /// A file of its own for each run, named by the second.

@@ -1,6 +1,5 @@
 //! Demonstrations of a recording as `tonus train` reads them: joined by the engine, as when they were recorded.
 
-use std::io::BufWriter;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -75,7 +74,7 @@ impl<I: Iterator<Item = Result<Timed, ReadError>>> World for Replay<I> {
 }
 
 /// Writes the demonstrations that a recording ends with (trimmed, renamed, discarded ones left out) as CSV. Without any that
-/// can be learnt from nothing is written.
+/// can be learnt from nothing is written. The file's name is nobody's choice, so another one's content stays.
 ///
 /// # Errors
 /// [`ExportError`] where the recording cannot be read to its end, or the file not be written.
@@ -102,11 +101,18 @@ pub fn write_demonstrations(
         problems,
     };
     if !demonstrations.is_empty() {
-        let write = |file: &mut std::fs::File| write(BufWriter::new(file), &demonstrations);
-        atomic::write_with(output, write).map_err(|source| ExportError::Write {
+        let path = output.to_owned();
+        let cannot = |source| ExportError::Write {
             path: output.to_owned(),
             source,
-        })?;
+        };
+        let mut bytes = Vec::new();
+        write(&mut bytes, &demonstrations).map_err(cannot)?;
+        if !output.exists() {
+            atomic::write(output, &bytes).map_err(cannot)?;
+        } else if std::fs::read(output).map_err(cannot)? != bytes {
+            return Err(ExportError::Exists { path });
+        }
     }
     Ok(demonstrated)
 }

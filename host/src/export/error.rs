@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
+use crate::config::ConfigError;
 use crate::live::EngineError;
 use crate::recording::ReadError;
 
@@ -13,6 +14,9 @@ pub enum ExportError {
     /// The recording cannot be read.
     #[error(transparent)]
     Read(#[from] ReadError),
+    /// The configuration that it was made with: it says how late the wearable's packets came.
+    #[error("the configuration in the recording: {0}")]
+    Config(#[from] ConfigError),
     /// The output cannot be written.
     #[error("{}: cannot be written: {source}", .path.display())]
     Write {
@@ -20,6 +24,12 @@ pub enum ExportError {
         path: PathBuf,
         /// What failed.
         source: std::io::Error,
+    },
+    /// Somebody's demonstrations are there already.
+    #[error("{}: holds other demonstrations already, and would be lost: name another output, or move it away", .path.display())]
+    Exists {
+        /// The file.
+        path: PathBuf,
     },
     /// The engine that joins demonstrations does not start.
     #[error(transparent)]

@@ -4,13 +4,15 @@ use std::path::Path;
 
 use tonus_shared::wire::{Configuration, Header, Muscle, Packet, SequenceTracker, Stream, decode};
 
-use crate::clock::{ClockConfig, DeviceClock};
+use crate::clock::DeviceClock;
 use crate::live::{HandSeen, Input, RecognitionView, RobotSeen};
 use crate::recording::{Entry, ReadError, Reading};
 use crate::robot::gate::State;
 use crate::robot::limits::Setpoint;
 
+use super::clock;
 use super::column::{Cell, Column, columns};
+use super::error::ExportError;
 
 /// Cells in the order of [`Rows::columns`].
 pub type Row = Vec<Cell>;
@@ -57,15 +59,16 @@ impl Rows {
     /// Opens a recording.
     ///
     /// # Errors
-    /// [`ReadError`] where it is none.
-    pub fn open(path: &Path) -> Result<Self, ReadError> {
+    /// [`ExportError`] where it is none, or its configuration is.
+    pub fn open(path: &Path) -> Result<Self, ExportError> {
         let (configuration, channels) = configuration(path)?;
         let muscles = configuration.map_or([Muscle::Other; 8], |found| found.muscles);
+        let reading = Reading::open(path)?;
         Ok(Self {
-            reading: Reading::open(path)?,
+            clock: clock(reading.opening(), path)?,
+            reading,
             columns: columns(muscles.get(..channels).unwrap_or(&muscles)),
             channels,
-            clock: DeviceClock::new(ClockConfig::default()).ok(),
             order: SequenceTracker::new(),
             newest: Newest::default(),
         })

@@ -4,10 +4,11 @@ use std::path::Path;
 
 use tonus_shared::wire::{Configuration, Header, Muscle, Packet, RawSemg, decode};
 
-use crate::clock::{ClockConfig, DeviceClock};
+use crate::clock::DeviceClock;
 use crate::live::{Act, Input, Timed};
 use crate::recording::{Opening, Reading};
 
+use super::clock;
 use super::error::ExportError;
 use super::rows::configuration;
 
@@ -60,6 +61,7 @@ impl Scans {
         let (found, _) = configuration(path)?;
         let reading = Reading::open(path)?;
         let mut opening = reading.opening().clone();
+        let mut clock = clock(&opening, path)?;
         let mut placing = None;
         let mut demonstrations: Vec<(u64, Option<u64>, String)> = Vec::new();
         for timed in reading.inputs() {
@@ -75,7 +77,8 @@ impl Scans {
                 Input::Frame(bytes) => {
                     let Ok(frame) = decode(&bytes) else { continue };
                     if placing.is_none() && matches!(frame.packet, Packet::RawSemg(_)) {
-                        placing = Some(Placing::new(found.ok_or(ExportError::NoScale)?));
+                        let found = found.ok_or(ExportError::NoScale)?;
+                        placing = Some(Placing::new(found, clock.take()));
                     }
                     if let Some(placing) = &mut placing {
                         placing.take(&frame.header, &frame.packet, at_us)?;
@@ -129,9 +132,9 @@ impl Scans {
 }
 
 impl Placing {
-    fn new(configuration: Configuration) -> Self {
+    fn new(configuration: Configuration, clock: Option<DeviceClock>) -> Self {
         Self {
-            clock: DeviceClock::new(ClockConfig::default()).ok(),
+            clock,
             base: None,
             start_us: 0,
             counts: vec![Vec::new(); usize::from(configuration.channels)],

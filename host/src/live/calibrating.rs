@@ -186,6 +186,8 @@ impl Engine {
         if !self.calibrating.idle() {
             return Err("somebody is being measured: finish or cancel that first".to_owned());
         }
+        let name = Person::name_of(&person.name).map_err(|error| error.to_string())?;
+        let person = Person { name, ..person };
         let (muscles, semg_hz) = self.muscles()?;
         let before = self.wearable.calibration;
         let told = before.ok_or("the wearable has not told its calibration yet: wait a second")?;

@@ -20,19 +20,43 @@ const REQUESTS: usize = 256;
 
 /// The session's clock: microseconds since it started.
 #[derive(Clone, Copy, Debug)]
-pub struct SessionClock(Instant);
+pub struct SessionClock {
+    started: Instant,
+    /// Seconds of session in a second.
+    pace: f64,
+}
 
 impl SessionClock {
     /// Starts now.
     #[must_use]
     pub fn start() -> Self {
-        Self(Instant::now())
+        Self::at_pace(1.0)
+    }
+
+    /// Starts now and runs so many times as fast: for a recording in the place of devices, whose clocks then all run so.
+    #[must_use]
+    pub fn at_pace(pace: f64) -> Self {
+        Self {
+            started: Instant::now(),
+            pace,
+        }
     }
 
     /// Microseconds since the start.
     #[must_use]
     pub fn now_us(&self) -> u64 {
-        u64::try_from(self.0.elapsed().as_micros()).unwrap_or(u64::MAX)
+        let us = self.started.elapsed().as_micros();
+        if self.pace == 1.0 {
+            return u64::try_from(us).unwrap_or(u64::MAX);
+        }
+        #[allow(
+            clippy::cast_precision_loss,
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "microseconds of days; what is larger or no number is cut"
+        )]
+        let us = (us as f64 * self.pace) as u64;
+        us
     }
 }
 

@@ -81,8 +81,12 @@ impl Recorder {
             path: path.to_owned(),
             source,
         };
-        let file = OpenOptions::new().write(true).create_new(true).open(path);
-        let file = file.map_err(create)?;
+        let mut options = OpenOptions::new();
+        options.write(true).create_new(true);
+        // What was measured of a person is their own.
+        #[cfg(unix)]
+        std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+        let file = options.open(path).map_err(create)?;
         let for_sync = file.try_clone().map_err(create)?;
         let shared = Arc::new(Shared::default());
         let out = Counted {

@@ -20,8 +20,8 @@ pub fn open(file: &Path) -> Result<Reading, ReadError> {
     Reading::open(file)
 }
 
-/// Gives out a recording, `pace` times as fast as it was, until it or the program ends.
-pub fn run(reading: Reading, pace: f64, port: &Port) {
+/// Gives out a recording as fast as it was, by the session's clock, until it or the program ends.
+pub fn run(reading: Reading, port: &Port) {
     let mut first_us = None;
     let began_us = port.now_us();
     for timed in reading.inputs() {
@@ -30,13 +30,7 @@ pub fn run(reading: Reading, pace: f64, port: &Port) {
             Err(error) => return end(port, format!("the recording ends here: {error}")),
         };
         let first_us = *first_us.get_or_insert(timed.at_us);
-        #[allow(
-            clippy::cast_precision_loss,
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "microseconds of days"
-        )]
-        let due_us = began_us + (timed.at_us.saturating_sub(first_us) as f64 / pace) as u64;
+        let due_us = began_us + timed.at_us.saturating_sub(first_us);
         let Some(input) = moved(timed, due_us) else {
             continue;
         };

@@ -111,8 +111,8 @@ impl Keeper {
     pub fn person(&self, profile: &Profile) {
         let Some(people) = &self.people else { return };
         let file = file(people, &profile.person.name);
-        let written = std::fs::create_dir_all(people)
-            .and_then(|()| atomic::write(&file, profile.text().as_bytes()));
+        let written = atomic::private_folder(people)
+            .and_then(|()| atomic::write_private(&file, profile.text().as_bytes()));
         let problem = |error| format!("the calibration is not kept: {}: {error}", file.display());
         self.note(written.err().map(problem));
         *locked(&self.names) = names(people);

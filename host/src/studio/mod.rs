@@ -1,8 +1,10 @@
 //! All of it joined: devices, engine, recording, page and robot.
 
+mod beside;
 pub mod doctor;
 pub mod hands;
 pub mod keep;
+pub mod keyboard;
 pub mod play;
 pub mod real;
 pub mod run;

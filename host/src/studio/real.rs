@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
+use super::beside::{Noted, Problems};
 use super::hands::Hands;
 use super::keep::Keeper;
 use crate::broadcast::Speaker;
@@ -13,7 +14,7 @@ use crate::calibration::Profile;
 use crate::library::Library;
 use crate::link::ble::Passkeys;
 use crate::live::{
-    Act, Frames, Injector, Input, Inputs, Latencies, LearnJob, Message, PasskeyView, Plug, Request,
+    Act, Frames, Injector, Input, Inputs, Latencies, LearnJob, PasskeyView, Plug, Request,
     RobotSeen, View, World,
 };
 use crate::page::Page;
@@ -64,6 +65,8 @@ pub struct Real {
     /// Whether the run ends when they are done.
     ends: bool,
     noted_us: u64,
+    problems: Problems,
+    noted: Noted,
     watch: Box<dyn FnMut(&View)>,
 }
 
@@ -137,6 +140,8 @@ impl Real {
             end_us: parts.end_us,
             ends: parts.ends_with_hands,
             noted_us: 0,
+            problems: Problems::default(),
+            noted: Noted::default(),
             watch: parts.watch,
         }
     }
@@ -322,12 +327,15 @@ impl World for Real {
         view.teaching.kept = self.keeper.kept_frames();
         view.file = self.recorder.as_ref().map(Recorder::state);
         view.calibration.people = self.keeper.names();
-        view.messages
-            .extend(self.keeper.problem().map(|text| Message {
-                at_us: view.at_us,
-                problem: true,
-                text,
-            }));
+        let silent = (self.speaker.as_ref()).and_then(|speaker| speaker.problem());
+        let problems = [self.keeper.problem(), silent.map(str::to_owned)];
+        self.problems
+            .tell(&mut view, problems.into_iter().flatten());
+        if self.recorder.is_some() {
+            for entry in self.noted.entries(&view) {
+                self.note(entry);
+            }
+        }
         if let Some(page) = &self.page {
             page.show(&view);
         }

@@ -112,11 +112,14 @@ pub fn run(
         .map(|file| Recorder::create(file, &opening(&plan)))
         .transpose()?;
     let mut engine = Engine::new(engine_config, body, plan.library.clone())?;
-    let clock = SessionClock::start();
+    let clock = match plan.link {
+        LinkChoice::Replay(_) => SessionClock::at_pace(plan.pace),
+        _ => SessionClock::start(),
+    };
     let inputs = Inputs::new(clock);
     let speaker = plan
         .lsl
-        .then(|| Speaker::start(&plan.link.to_string(), clock));
+        .then(|| Speaker::start(&plan.link.to_string(), plan.config.clock(), clock));
     let speaker = speaker.transpose()?;
     let injector = inputs.injector();
     let passkeys = Passkeys::new(plan.page);
@@ -239,8 +242,8 @@ fn start(plan: &Plan, port: Port, passkeys: &Passkeys) -> Result<JoinHandle<()>,
             thread("simulated devices", move || simulated::run(devices, &port))
         }
         LinkChoice::Replay(file) => {
-            let (reading, pace) = (replay::open(Path::new(file))?, plan.pace);
-            thread("recording", move || replay::run(reading, pace, &port))
+            let reading = replay::open(Path::new(file))?;
+            thread("recording", move || replay::run(reading, &port))
         }
         LinkChoice::Ble(name) => {
             let (name, ask) = (name.clone(), passkeys.asker(plan.ask_passkey.clone()));

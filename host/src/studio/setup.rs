@@ -5,7 +5,6 @@ use std::net::SocketAddr;
 use rand::TryRng;
 use rand::rngs::SysRng;
 
-use crate::clock::ClockConfig;
 use crate::config::Config;
 use crate::leap::{self, OriginError, Side, Wanted};
 use crate::live::{Body, BodyError, EngineConfig, simulated};
@@ -92,15 +91,7 @@ pub fn engine(config: &Config, link: &LinkChoice) -> Result<EngineConfig, SetupE
     Ok(EngineConfig {
         link: link.to_string(),
         robot: config.robot.to.clone(),
-        clock: ClockConfig {
-            #[allow(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "checked: 0 to 1000 ms"
-            )]
-            transport_us: (config.wearable.transport_ms * 1e3) as u32,
-            ..ClockConfig::default()
-        },
+        clock: config.clock(),
         boot_id: HOST_BOOT_ID,
         shoulder: shoulder(config, link)?,
         tracker_to_robot: (config.tracker.robot.as_ref())

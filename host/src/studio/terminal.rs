@@ -2,7 +2,7 @@
 
 use std::cell::Cell;
 use std::rc::Rc;
-use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::sync::mpsc::{Receiver, TryRecvError};
 
 use super::hands::Hands;
 use crate::live::{Act, CalibrationResult, Person, StepView, View};
@@ -31,35 +31,13 @@ impl From<&str> for Pressed {
 pub struct Enter(Option<Receiver<Pressed>>);
 
 impl Enter {
-    /// Waits for lines of the standard input.
-    #[must_use]
-    pub fn of_terminal() -> Self {
-        let (sender, receiver) = channel();
-        let read = move || {
-            let mut line = String::new();
-            while std::io::stdin()
-                .read_line(&mut line)
-                .is_ok_and(|bytes| bytes > 0)
-            {
-                if sender.send(line.as_str().into()).is_err() {
-                    return;
-                }
-                line.clear();
-            }
-        };
-        let started = std::thread::Builder::new()
-            .name("terminal".to_owned())
-            .spawn(read);
-        Self(started.is_ok().then_some(receiver))
-    }
-
     /// Nobody needs to press anything: for simulated people.
     #[must_use]
     pub fn at_once() -> Self {
         Self(None)
     }
 
-    /// Whatever somebody else hears.
+    /// As the keyboard, or whoever else hears it, tells.
     #[must_use]
     pub fn of(lines: Receiver<Pressed>) -> Self {
         Self(Some(lines))

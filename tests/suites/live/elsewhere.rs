@@ -95,22 +95,8 @@ impl Hands for Person {
     }
 }
 
-#[test]
-fn a_robot_elsewhere_is_commanded_from_arming_to_disarming_alone() {
-    let heard = Heard::default();
-    let talks = Arc::new(AtomicBool::new(true));
-    let (over, ended): (Sender<()>, _) = channel();
-    let port = controller(Arc::clone(&heard), Arc::clone(&talks), ended);
-    let mut config = Config::default();
-    config.robot.to = format!("udp:127.0.0.1:{port}");
-    let stop = Arc::new(AtomicBool::new(false));
-    let done = Rc::default();
-    let person = Person {
-        talks,
-        stop: Arc::clone(&stop),
-        done: Rc::clone(&done),
-    };
-    let plan = Plan {
+fn plan(config: Config, person: Person, stop: Arc<AtomicBool>) -> Plan {
+    Plan {
         config,
         link: LinkChoice::Simulated,
         hands: Some(Box::new(person)),
@@ -128,7 +114,25 @@ fn a_robot_elsewhere_is_commanded_from_arming_to_disarming_alone() {
         pace: 1.0,
         ask_passkey: Arc::new(|_| None),
         stop,
+    }
+}
+
+#[test]
+fn a_robot_elsewhere_is_commanded_from_arming_to_disarming_alone() {
+    let heard = Heard::default();
+    let talks = Arc::new(AtomicBool::new(true));
+    let (over, ended): (Sender<()>, _) = channel();
+    let port = controller(Arc::clone(&heard), Arc::clone(&talks), ended);
+    let mut config = Config::default();
+    config.robot.to = format!("udp:127.0.0.1:{port}");
+    let stop = Arc::new(AtomicBool::new(false));
+    let done = Rc::default();
+    let person = Person {
+        talks,
+        stop: Arc::clone(&stop),
+        done: Rc::clone(&done),
     };
+    let plan = plan(config, person, stop);
     run(plan, |_| {}, |_| {}).unwrap();
     std::thread::sleep(Duration::from_millis(100));
     over.send(()).unwrap();

@@ -2,6 +2,7 @@
 //! time; and the program itself as a newcomer meets it.
 
 mod aborted;
+mod after;
 mod back;
 mod clocks;
 mod covered;
@@ -13,6 +14,7 @@ mod long;
 mod newcomer;
 mod played;
 mod recalled;
+mod stamped;
 mod story;
 mod taught;
 mod waiting;

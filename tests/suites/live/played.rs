@@ -10,6 +10,8 @@ use tonus::library::Library;
 use tonus::live::{Act, Input, Inputs, LinkEvent, SessionClock, Timed, View};
 use tonus::recording::{Entry, Opening, Reading, Recorder};
 use tonus::robot::command::Command;
+use tonus::robot::gate::State;
+use tonus::robot::limits::Setpoint;
 use tonus::source::replay;
 use tonus::source::simulated::{SimulatedConfig, SimulatedDevices};
 use tonus::studio::hands::Hands;
@@ -18,6 +20,7 @@ use tonus::studio::play::play;
 use tonus::studio::story::Story;
 use tonus::studio::virtually::Someone;
 
+use crate::after::{in_real_time, plays_as_far_as_it_goes};
 use crate::taught::Teaches;
 use crate::world::{config, run, run_with};
 
@@ -61,6 +64,7 @@ struct Recorded<Hands> {
     hands: Hands,
     recorder: Recorder,
     noted: u64,
+    set_us: u64,
     measured: Option<Profile>,
     learnt: Option<Vec<u8>>,
 }
@@ -71,6 +75,7 @@ impl<Hands> Recorded<Hands> {
             hands,
             recorder: Recorder::create(file, opening).unwrap(),
             noted: 0,
+            set_us: 0,
             measured: None,
             learnt: None,
         }
@@ -111,6 +116,19 @@ impl<H: Hands> Someone for Recorded<H> {
         let command = *command;
         self.note(Entry::Command { at_us, command });
     }
+
+    /// So often as a real run notes it.
+    fn set(&mut self, at_us: u64, setpoint: &Setpoint, state: State) {
+        if at_us >= self.set_us + 10_000 {
+            self.set_us = at_us;
+            let setpoint = *setpoint;
+            self.note(Entry::Setpoint {
+                at_us,
+                setpoint,
+                state,
+            });
+        }
+    }
 }
 
 #[test]
@@ -147,7 +165,7 @@ fn the_same_inputs_give_the_same_commands_bit_for_bit() {
     println!("{played:?}, {} bytes", finished.bytes);
     assert!(played.exact(), "{played:?}");
     assert!(
-        played.recorded > 3_000 && played.inputs > 20_000,
+        played.recorded > 3_000 && played.inputs > 20_000 && played.setpoints > 10_000,
         "{played:?}"
     );
     let scans = Scans::read(&file).unwrap();
@@ -161,13 +179,27 @@ fn the_same_inputs_give_the_same_commands_bit_for_bit() {
 }
 
 /// Nobody is calibrated, nothing is learnt: both are there from the day before.
-struct DayAfter {
+pub(crate) struct DayAfter {
     profile: Option<Profile>,
     armed: bool,
     asked_us: u64,
     performed: usize,
     followed: usize,
     in_use: Option<String>,
+}
+
+impl DayAfter {
+    /// Whoever is there recalls the person beforehand.
+    pub(crate) fn without_recall() -> Self {
+        Self {
+            profile: None,
+            armed: false,
+            asked_us: 0,
+            performed: 0,
+            followed: 0,
+            in_use: None,
+        }
+    }
 }
 
 impl Hands for DayAfter {
@@ -211,6 +243,12 @@ fn the_day_after(directory: &Path, profile: Profile, skills: Vec<u8>) {
     let keeper = Keeper::new(None, Some(people.clone()));
     keeper.person(&profile);
     assert_eq!(keeper.problem(), None);
+    #[cfg(unix)]
+    for (path, mode) in [(&people, 0o700), (&people.join("simulated.json"), 0o600)] {
+        use std::os::unix::fs::PermissionsExt;
+        let found = std::fs::metadata(path).unwrap().permissions().mode();
+        assert_eq!(found & 0o777, mode, "{}", path.display());
+    }
     let file = directory.join("after.mcap");
     let opening = Opening {
         configuration: config().text(),
@@ -221,11 +259,7 @@ fn the_day_after(directory: &Path, profile: Profile, skills: Vec<u8>) {
     };
     let hands = DayAfter {
         profile: Some(keep::read(&people, &profile.person.name).unwrap()),
-        armed: false,
-        asked_us: 0,
-        performed: 0,
-        followed: 0,
-        in_use: None,
+        ..DayAfter::without_recall()
     };
     let person = Recorded::new(hands, &file, &opening);
     let devices = SimulatedConfig {
@@ -243,6 +277,9 @@ fn the_day_after(directory: &Path, profile: Profile, skills: Vec<u8>) {
     let played = play(&file, |_| {}).unwrap();
     println!("the day after: {played:?}");
     assert!(played.exact() && played.recorded > 1_000, "{played:?}");
+    plays_as_far_as_it_goes(&file);
+    let library = Library::load(&kept).unwrap();
+    in_real_time(directory, profile, library);
 }
 
 /// The same recording in the place of devices, a hundred times as fast: every frame comes, in order.
@@ -255,10 +292,10 @@ fn again_as_devices(file: &Path) {
     let recorded: Vec<Vec<u8>> = recorded
         .filter_map(|timed| frames(timed.unwrap().input))
         .collect();
-    let inputs = Inputs::new(SessionClock::start());
+    let inputs = Inputs::new(SessionClock::at_pace(100.0));
     let (port, _plug) = inputs.port();
     let reading = replay::open(file).unwrap();
-    let replaying = std::thread::spawn(move || replay::run(reading, 100.0, &port));
+    let replaying = std::thread::spawn(move || replay::run(reading, &port));
     let mut came = Vec::new();
     let mut acts = 0;
     loop {

@@ -24,7 +24,7 @@ pub(crate) fn opening() -> Opening {
             body_height_m: 1.79,
             mains_hz: Some(50),
         }),
-        configuration: "[page]\nport = 8080\n".to_owned(),
+        configuration: "[page]\nport = 8080\n[wearable]\ntransport_ms = 2.0\n".to_owned(),
         calibration: None,
         model: Some(vec![7; 20_000]),
     }

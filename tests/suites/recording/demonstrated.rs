@@ -1,5 +1,6 @@
 //! Demonstrations of a recording, as `tonus train` reads them.
 
+use std::path::Path;
 use std::process::Command;
 
 use tonus::live::{Act, HandSeen, Input, RobotSeen};
@@ -19,7 +20,7 @@ fn hand_x_m(t_s: f64) -> f64 {
 /// Demonstrations begin at 1, 5 and 9 s and take two; the last one is discarded.
 const BEGIN_S: [u32; 3] = [1, 5, 9];
 
-fn recorded(path: &std::path::Path) {
+fn recorded(path: &Path) {
     let mut sender = Sender::default();
     sender.send(DEVICE_US, &Packet::Configuration(configuration(0.1)), 0);
     let Packet::Stream(golden) = golden_stream() else {
@@ -110,6 +111,28 @@ fn demonstrations_come_out_as_they_were_kept() {
     assert_eq!(seen["demonstrations"], 2, "{seen}");
     assert_eq!(seen["skills"][0]["label"], "push");
     assert_eq!(seen["skills"][1]["label"], "reach");
+    others_stay(&recording, &path);
+}
+
+/// A file whose name nobody gave is not lost; the same again is no loss.
+fn others_stay(recording: &Path, path: &Path) {
+    let table = path.with_file_name("session.csv");
+    export(recording, &table);
+    std::fs::write(path, "mine").unwrap();
+    std::fs::remove_file(&table).unwrap();
+    let refused = Command::new(tonus_tests::program())
+        .args(["export".as_ref(), recording.as_os_str(), "-o".as_ref()])
+        .arg(&table)
+        .output()
+        .expect("the program runs");
+    assert_eq!(refused.status.code(), Some(1));
+    let error = String::from_utf8_lossy(&refused.stderr);
+    assert!(
+        error.contains("session-demonstrations.csv") && error.contains("name another output"),
+        "{error}"
+    );
+    assert_eq!(std::fs::read_to_string(path).unwrap(), "mine");
+    assert!(!table.exists(), "nothing is written");
 }
 
 /// When the reach is at `x_m`, seconds, by halving.

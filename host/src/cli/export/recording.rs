@@ -16,12 +16,14 @@ use super::super::say;
 /// Writes what the output's name asks for, and reports.
 pub(super) fn run(recording: &Path, output: &Path, json: bool) -> anyhow::Result<()> {
     let extension = output.extension().and_then(|extension| extension.to_str());
-    let rows = match extension {
-        Some("csv") => write_csv(recording, output)?,
-        Some("parquet") => write_parquet(recording, output)?,
+    let write = match extension {
+        Some("csv") => write_csv,
+        Some("parquet") => write_parquet,
         _ => return dataset(recording, output, json),
     };
+    // What may be refused comes first: then nothing is written.
     let demonstrated = demonstrations(recording, output)?;
+    let rows = write(recording, output)?;
     if json {
         let demonstrated = demonstrated.map(|(path, found)| {
             json!({ "output": path, "demonstrations": found.demonstrations, "problems": found.problems })
