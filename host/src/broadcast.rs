@@ -21,6 +21,8 @@ pub struct Broadcast {
     clock: Option<DeviceClock>,
     order: SequenceTracker,
     open: Option<(Outlet, Configuration)>,
+    /// Of the last sample, LSL's clock, seconds.
+    stamped_s: f64,
 }
 
 impl Broadcast {
@@ -34,6 +36,7 @@ impl Broadcast {
             clock: DeviceClock::new(clock).ok(),
             order: SequenceTracker::new(),
             open: None,
+            stamped_s: f64::NEG_INFINITY,
         }
     }
 
@@ -90,7 +93,10 @@ impl Broadcast {
         Ok(())
     }
 
-    fn push(&self, stream: &Stream, at_s: f64) -> Result<(), LslError> {
+    fn push(&mut self, stream: &Stream, at_s: f64) -> Result<(), LslError> {
+        // An earlier arrival shifts what the clock says of all: listeners take time that falls for a fault.
+        let at_s = at_s.max(self.stamped_s + 1e-6);
+        self.stamped_s = at_s;
         let Some((outlet, configuration)) = &self.open else {
             return Ok(());
         };

@@ -51,6 +51,8 @@ enum Chapter {
 pub struct Story {
     chapter: Chapter,
     since_us: u64,
+    /// Whether it has begun: it may be told in the midst of a run.
+    begun: bool,
     acted_us: u64,
     asked: Vec<&'static str>,
     found: Vec<Option<String>>,
@@ -76,6 +78,7 @@ impl Default for Story {
         Self {
             chapter: Chapter::Connect,
             since_us: 0,
+            begun: false,
             acted_us: 0,
             asked: Vec::new(),
             found: Vec::new(),
@@ -89,6 +92,9 @@ impl Default for Story {
 impl Story {
     /// What the person does now that they see this.
     pub fn look(&mut self, view: &View) -> Vec<Act> {
+        if !std::mem::replace(&mut self.begun, true) {
+            self.since_us = view.at_us;
+        }
         #[allow(clippy::cast_precision_loss, reason = "seconds")]
         let since_s = view.at_us.saturating_sub(self.since_us) as f64 * 1e-6;
         if since_s > PATIENCE_S && self.chapter != Chapter::Over {

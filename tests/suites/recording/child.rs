@@ -13,6 +13,9 @@ use tonus::robot::limits::Setpoint;
 /// Names the file to the child, and says that it is one.
 const TO: &str = "TONUS_TEST_RECORD_TO";
 
+/// With a transport that is not the default's.
+pub(crate) const CONFIGURATION: &str = "[page]\nport = 8080\n[wearable]\ntransport_ms = 2.0\n";
+
 /// What every recording of this suite begins with.
 pub(crate) fn opening() -> Opening {
     Opening {
@@ -24,7 +27,7 @@ pub(crate) fn opening() -> Opening {
             body_height_m: 1.79,
             mains_hz: Some(50),
         }),
-        configuration: "[page]\nport = 8080\n[wearable]\ntransport_ms = 2.0\n".to_owned(),
+        configuration: CONFIGURATION.to_owned(),
         calibration: None,
         model: Some(vec![7; 20_000]),
     }

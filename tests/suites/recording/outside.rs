@@ -4,7 +4,7 @@ use std::process::Command;
 
 use tonus::recording::{Recorder, recover};
 
-use crate::child;
+use crate::child::{self, CONFIGURATION};
 
 /// Checks every checksum, and says what is there.
 const SCRIPT: &str = r#"
@@ -103,7 +103,7 @@ fn python_reads_what_was_recorded_and_what_was_recovered() {
         );
         assert_eq!(
             seen["attachments"],
-            serde_json::json!({ "configuration.toml": 19, "model.safetensors": 20_000 })
+            serde_json::json!({ "configuration.toml": CONFIGURATION.len(), "model.safetensors": 20_000 })
         );
     }
 }
