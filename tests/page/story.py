@@ -239,6 +239,10 @@ def recognise(tab, labels):
     decided = f"{find('verdict')}.dataset.kind === 'decided' && {find('robot')}.dataset.state === 'following' && {find('verdict')}.textContent"
     for attempt in range(6):
         tab.wait(f"{find('verdict')}.dataset.kind === 'still'", "the hand is at rest", 30)
+        # On a machine that is too busy the evidence grows old, and the robot is disarmed, as it should be.
+        if state(tab) == "disarmed":
+            print("disarmed:", tab.text("robot-reason"))
+            arm(tab)
         tab.write("ask-label", labels[attempt % len(labels)])
         tab.click("ask")
         try:
