@@ -371,7 +371,10 @@ impl Gate {
     }
 
     fn trip(&mut self, cause: Cause) {
-        self.state = State::Disarmed(cause);
+        // Who was never armed cannot be disarmed: the robot stays its own controller's.
+        if self.state != State::Disarmed(Cause::Start) {
+            self.state = State::Disarmed(cause);
+        }
         self.setpoint.velocity_m_per_s = [0.0; 3];
     }
 

@@ -65,19 +65,21 @@ impl Hands for Person {
         let since = done.last().map_or(Duration::ZERO, |(_, at)| at.elapsed());
         let state = view.robot.state.as_str();
         let next = match done.len() {
-            0 if view.robot.can_arm && view.at_us > 3_000_000 => Some(("arm", Some(Act::Arm))),
-            1 if since > Duration::from_millis(1_500) && state != "disarmed" => {
+            // Whoever presses Disarm, or records, has not armed: the robot stays its controller's.
+            0 if view.at_us > 1_500_000 => Some(("disarm", Some(Act::Disarm))),
+            1 if view.robot.can_arm && view.at_us > 3_000_000 => Some(("arm", Some(Act::Arm))),
+            2 if since > Duration::from_millis(1_500) && state != "disarmed" => {
                 self.talks.store(false, Ordering::Relaxed);
                 Some(("silence", None))
             }
-            2 if since > Duration::from_millis(1_500) => {
+            3 if since > Duration::from_millis(1_500) => {
                 self.talks.store(true, Ordering::Relaxed);
                 Some(("speech", None))
             }
-            3 if since > Duration::from_millis(1_000) && view.robot.can_arm => {
+            4 if since > Duration::from_millis(1_000) && view.robot.can_arm => {
                 Some(("arm again", Some(Act::Arm)))
             }
-            4 if since > Duration::from_millis(800) && state != "disarmed" => {
+            5 if since > Duration::from_millis(800) && state != "disarmed" => {
                 self.stop.store(true, Ordering::Relaxed);
                 Some(("end", None))
             }
@@ -139,7 +141,10 @@ fn a_robot_elsewhere_is_commanded_from_arming_to_disarming_alone() {
     let heard = heard.lock().unwrap();
     let done = done.borrow();
     let names: Vec<_> = done.iter().map(|(name, _)| *name).collect();
-    assert_eq!(names, ["arm", "silence", "speech", "arm again", "end"]);
+    assert_eq!(
+        names,
+        ["disarm", "arm", "silence", "speech", "arm again", "end"]
+    );
     let at = |name| done.iter().find(|(done, _)| *done == name).unwrap().1;
     let between = |from: Instant, to: Instant| {
         let within = move |(when, _): &&(Instant, Value)| from <= *when && *when < to;

@@ -99,6 +99,27 @@ fn a_fresh_command_ends_a_hold_and_a_fallback_but_not_a_disarm() {
 }
 
 #[test]
+fn what_was_never_armed_is_not_disarmed_either() {
+    let mut gate = gate();
+    gate.disarm();
+    gate.disconnect();
+    gate.lose_robot();
+    gate.mistime();
+    gate.tick(T0);
+    assert_eq!(gate.state(), State::Disarmed(Cause::Start));
+    // So it is still to be where it is.
+    gate.rests_at([0.5, 0.2, 0.3]);
+    assert_eq!(gate.setpoint().position_m, [0.5, 0.2, 0.3]);
+    // Once armed it is the gate's, also when it is disarmed.
+    gate.offer(&command(1, T0), T0).unwrap();
+    gate.arm(START, T0).unwrap();
+    gate.disarm();
+    gate.rests_at([0.5, 0.2, 0.3]);
+    assert_eq!(gate.state(), State::Disarmed(Cause::Person));
+    assert_eq!(gate.setpoint().position_m, START);
+}
+
+#[test]
 fn only_a_person_arms_again_after_a_lost_link() {
     let mut gate = armed_for(20);
     gate.disconnect();
