@@ -11,15 +11,6 @@ use super::view::{CalibrationResult, Person};
 
 /// Version of the file and of what its fields mean.
 const SCHEMA_VERSION: u32 = 1;
-/// Everything that a channel can sit on.
-const MUSCLES: [Muscle; 5] = [
-    Muscle::BicepsShort,
-    Muscle::BicepsLong,
-    Muscle::TricepsLateral,
-    Muscle::TricepsLong,
-    Muscle::Other,
-];
-
 /// A person as measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -158,7 +149,7 @@ impl Profile {
         }
         let mut muscles = [Muscle::Absent; MAX_CHANNELS];
         for (slot, name) in muscles.iter_mut().zip(&levels.muscles) {
-            let known = MUSCLES.into_iter().find(|muscle| muscle.name() == name);
+            let known = Muscle::named(name).filter(|muscle| *muscle != Muscle::Absent);
             *slot = known.ok_or_else(|| ProfileError::Muscle {
                 found: name.clone(),
             })?;

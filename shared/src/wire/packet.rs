@@ -90,6 +90,20 @@ pub enum Muscle {
 }
 
 impl Muscle {
+    /// The place of this [`Muscle::name`]; none for any other text.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        const ALL: [Muscle; 6] = [
+            Muscle::Absent,
+            Muscle::BicepsShort,
+            Muscle::BicepsLong,
+            Muscle::TricepsLateral,
+            Muscle::TricepsLong,
+            Muscle::Other,
+        ];
+        ALL.into_iter().find(|muscle| muscle.name() == name)
+    }
+
     /// Its name in columns, files and streams.
     #[must_use]
     pub const fn name(self) -> &'static str {
