@@ -29,10 +29,9 @@ fn serve(listener: &TcpListener, frames: u32) {
     }
 }
 
-#[test]
-fn pictures_carry_the_session_time_at_which_they_were_taken_and_a_lost_service_is_told() {
-    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-    let config = Config {
+/// How the right hand is followed that this service shows.
+fn right_hand_of(listener: &TcpListener) -> Config {
+    Config {
         origin: Origin::Service(Service {
             host: "127.0.0.1".to_owned(),
             port: listener.local_addr().unwrap().port(),
@@ -40,7 +39,13 @@ fn pictures_carry_the_session_time_at_which_they_were_taken_and_a_lost_service_i
         wanted: Wanted::Only(Side::Right),
         transport_us: 0,
         backoff: Backoff::default(),
-    };
+    }
+}
+
+#[test]
+fn pictures_carry_the_session_time_at_which_they_were_taken_and_a_lost_service_is_told() {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let config = right_hand_of(&listener);
     let service = std::thread::spawn(move || {
         serve(&listener, 150);
         serve(&listener, 150);
@@ -109,15 +114,7 @@ fn a_library_that_is_not_there_is_told_with_what_to_do() {
 #[test]
 fn the_other_hand_is_followed_while_it_touches_the_shoulder() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-    let config = Config {
-        origin: Origin::Service(Service {
-            host: "127.0.0.1".to_owned(),
-            port: listener.local_addr().unwrap().port(),
-        }),
-        wanted: Wanted::Only(Side::Right),
-        transport_us: 0,
-        backoff: Backoff::default(),
-    };
+    let config = right_hand_of(&listener);
     let service = std::thread::spawn(move || {
         let (stream, _) = listener.accept().unwrap();
         let mut socket = accept(stream).unwrap();
