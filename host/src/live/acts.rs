@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
-use super::engine::{Engine, World};
+use super::engine::Engine;
 use super::input::Act;
 use super::request::{Prompt, Request};
 use super::takes::{Kept, Take};
+use super::world::World;
 use crate::demonstration::Demonstration;
 use crate::library::Library;
 

@@ -3,11 +3,12 @@
 use tonus_shared::semg::quality::Quality;
 use tonus_shared::wire::{Calibration, MAX_CHANNELS, Muscle, Reply, Stream};
 
-use super::engine::{Engine, World};
+use super::engine::Engine;
 use super::input::Act;
 use super::request::{Prompt, Request};
 use super::view::{CalibrationView, FitView, Lamp};
 use super::wearable::{Calibrated, Wearable};
+use super::world::World;
 use crate::calibration::{
     CalibrationResult, FitCheck, Guide, Measured, Outcome, Person, Profile, StepView, Verdict,
     measures, volts,

@@ -13,21 +13,19 @@ use super::calibrating::Calibrating;
 use super::config::EngineConfig;
 use super::follow::{Body, Follow};
 use super::input::{HandSeen, Input, LinkEvent, RobotSeen, TrackerEvent};
-use super::latency::Latencies;
 use super::request::Request;
 use super::takes::{Kept, LONGEST_US, Take};
-use super::teaching::{Frames, Teaching};
+use super::teaching::Teaching;
 use super::trace::Traces;
-use super::view::{Message, View};
+use super::view::Message;
 use super::wearable::{Heard, Wearable};
-use crate::calibration::Profile;
+use super::world::World;
 use crate::clock::{ClockError, Notice};
 use crate::library::Library;
 use crate::model::recognise::RecogniseError;
 use crate::model::tempo::{TempoConfig, TempoRecogniser};
 use crate::robot::command::{Command, Quality};
-use crate::robot::gate::State;
-use crate::robot::limits::{ConfigError, Setpoint};
+use crate::robot::limits::ConfigError;
 use crate::session::{Event, Session, SessionError};
 
 /// Each sensor is observed so often in a movement, microseconds.
@@ -42,32 +40,6 @@ const SHOW_EVERY_US: u64 = 40_000;
 const MESSAGES: usize = 30;
 /// Movements that are kept to be seen.
 const HISTORY: usize = 12;
-
-/// What surrounds the engine. Live it is devices, a file and a page; in a replay, a file.
-pub trait World {
-    /// The next moment: its time and what happened, or only that time passed; none ends the run. Times never fall.
-    fn next(&mut self) -> Option<(u64, Option<Input>)>;
-    /// An input is taken at this time, which is not before that of the one before: what a recording keeps.
-    fn took(&mut self, at_us: u64, input: &Input);
-    /// Asks the wearable's source, or the person, for something.
-    fn ask(&mut self, at_us: u64, request: Request);
-    /// Something is to be learnt; [`Input::Learnt`] tells of it, and then [`World::learnt`] gives it.
-    fn learn(&mut self, job: LearnJob);
-    /// What the last [`Input::Learnt`] told of, if it is at hand; otherwise it is learnt there and then.
-    fn learnt(&mut self) -> Option<Arc<Library>>;
-    /// A person was measured, and the wearable works with it.
-    fn measured(&mut self, profile: &Profile);
-    /// A command was made, before the gate.
-    fn commanded(&mut self, at_us: u64, command: &Command);
-    /// The gate took the command; it may follow it.
-    fn accepted(&mut self, _command: &Command) {}
-    /// What the robot is told now, behind the gate.
-    fn set(&mut self, at_us: u64, setpoint: &Setpoint, state: State);
-    /// Somebody taught where shoulder or robot are; the engine uses it already.
-    fn taught(&mut self, _frames: &Frames) {}
-    /// There is something to see.
-    fn show(&mut self, view: &View);
-}
 
 /// Why there is no engine.
 #[derive(Debug, thiserror::Error)]
@@ -112,7 +84,6 @@ pub struct Engine {
     pub(super) learning: Option<LearnJob>,
     pub(super) learn_problem: Option<String>,
     pub(super) traces: Traces,
-    pub(super) latencies: Latencies,
     pub(super) history: Vec<Option<String>>,
     pub(super) messages: Vec<Message>,
     shown_us: u64,
@@ -165,7 +136,6 @@ impl Engine {
             learning: None,
             learn_problem: None,
             traces: Traces::default(),
-            latencies: Latencies::default(),
             history: Vec::new(),
             messages: Vec::new(),
             shown_us: 0,
@@ -302,7 +272,6 @@ impl Engine {
         match session.handle(Event::Frame(&frame), now_us) {
             Ok(Some(command)) => {
                 let command = self.seen(command, session);
-                self.latencies.add(now_us.saturating_sub(acquired_us));
                 world.commanded(now_us, &command);
                 if self.follow.offer(&command, now_us) {
                     world.accepted(&command);

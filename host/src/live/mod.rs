@@ -8,7 +8,6 @@ mod config;
 mod engine;
 mod follow;
 mod input;
-mod latency;
 mod port;
 mod recall;
 mod request;
@@ -19,12 +18,12 @@ mod teaching;
 mod trace;
 mod view;
 mod wearable;
+mod world;
 
 pub use acts::LearnJob;
 pub use config::EngineConfig;
-pub use engine::{Engine, EngineError, World};
+pub use engine::{Engine, EngineError};
 pub use follow::{Body, BodyError, simulated};
-pub use latency::Latencies;
 
 pub use crate::calibration::{CalibrationResult, Estimate, Person, Profile, StepView};
 pub use input::{Act, HandSeen, Input, LinkEvent, RobotSeen, Timed, TrackerEvent};
@@ -37,3 +36,4 @@ pub use view::{
     RecognitionView, RecordingView, RobotView, SemgView, TeachingView, TouchView, Trace,
     TrackerView, View,
 };
+pub use world::World;

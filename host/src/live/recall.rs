@@ -1,7 +1,8 @@
 //! Somebody who was measured before wears the wearable again.
 
 use super::calibrating::Sent;
-use super::engine::{Engine, World};
+use super::engine::Engine;
+use super::world::World;
 use crate::calibration::Profile;
 
 impl Engine {

@@ -2,8 +2,9 @@
 //! into it, whatever ends the measurement.
 
 use super::calibrating::Sent;
-use super::engine::{Engine, World};
+use super::engine::Engine;
 use super::request::Request;
+use super::world::World;
 use crate::calibration::measures;
 
 const ON_ITS_WAY: &str = "the wearable works with the levels of a measurement: what it had before goes back to it as soon as it answers";

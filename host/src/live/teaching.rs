@@ -5,10 +5,11 @@
 
 use std::collections::VecDeque;
 
-use super::engine::{Engine, World};
+use super::engine::Engine;
 use super::input::{Act, HandSeen};
 use super::request::{Prompt, Request};
 use super::view::{PointView, TeachingView, TouchView};
+use super::world::World;
 use crate::transform::{LEAST_POINTS, Shoulder, Taught, Touched, Transform, TransformError};
 
 /// The hand is looked at for so long, microseconds.

@@ -31,7 +31,7 @@ pub struct View {
     pub recognition: Option<RecognitionView>,
     pub robot: RobotView,
     pub file: Option<FileView>,
-    /// Newest scan to command.
+    /// Newest scan to command, by the clock; null where there is none, as in a replay.
     pub latency: Option<LatencyView>,
     /// What somebody in the simulation is about to do; null with real devices.
     pub story: Option<String>,

@@ -5,6 +5,7 @@ pub mod doctor;
 pub mod hands;
 pub mod keep;
 pub mod keyboard;
+mod latency;
 pub mod play;
 pub mod real;
 pub mod run;

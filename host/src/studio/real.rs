@@ -9,13 +9,14 @@ use std::time::Duration;
 use super::beside::{Noted, Problems};
 use super::hands::Hands;
 use super::keep::Keeper;
+use super::latency::Latencies;
 use crate::broadcast::Speaker;
 use crate::calibration::Profile;
 use crate::library::Library;
 use crate::link::ble::Passkeys;
 use crate::live::{
-    Act, Frames, Injector, Input, Inputs, Latencies, LearnJob, PasskeyView, Plug, Request,
-    RobotSeen, View, World,
+    Act, Frames, Injector, Input, Inputs, LearnJob, PasskeyView, Plug, Request, RobotSeen, View,
+    World,
 };
 use crate::page::Page;
 use crate::recording::{Entry, Recorder};

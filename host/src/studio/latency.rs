@@ -2,21 +2,21 @@
 
 use std::collections::VecDeque;
 
-use super::view::LatencyView;
+use crate::live::LatencyView;
 
 /// Ages that are kept: half a minute of commands.
 const KEPT: usize = 3_000;
 
 /// The newest ages.
 #[derive(Debug, Default)]
-pub struct Latencies {
+pub(super) struct Latencies {
     newest_us: VecDeque<u64>,
     count: u64,
 }
 
 impl Latencies {
     /// Another one, microseconds.
-    pub fn add(&mut self, age_us: u64) {
+    pub(super) fn add(&mut self, age_us: u64) {
         if self.newest_us.len() >= KEPT {
             self.newest_us.pop_front();
         }
@@ -25,8 +25,7 @@ impl Latencies {
     }
 
     /// Their quantiles; none before the first.
-    #[must_use]
-    pub fn view(&self) -> Option<LatencyView> {
+    pub(super) fn view(&self) -> Option<LatencyView> {
         let mut sorted: Vec<u64> = self.newest_us.iter().copied().collect();
         sorted.sort_unstable();
         let at = |percent: usize| {
