@@ -57,7 +57,7 @@ pub enum WireError {
         field: &'static str,
     },
     /// A value that the field may not have.
-    #[error("`{field}` is {got}, allowed {low} to {high}")]
+    #[error("`{field}` is {got}, allowed {low:?} to {high:?}")]
     OutOfRange {
         /// Name of the field.
         field: &'static str,
