@@ -5,7 +5,7 @@ MUSCLES = ["absent", "biceps_short", "biceps_long", "triceps_lateral", "triceps_
 FLAGS = ["hand_seen", "orientation_seen", "gap", "posture_clamped", "stiffness_held", "activation_held", "blending", "near_singular"]
 RESETS = ["unknown", "power_on", "pin", "watchdog", "software", "lockup", "wake"]
 PROBLEMS = ["low_battery", "front_end_failed", "attitude_sensor_failed", "last_words_wait", "not_calibrated", "no_model"]
-COMMANDS = {1: "raw", 2: "send_calibration", 3: "send_model_state", 4: "restart", 5: "send_last_words"}
+COMMANDS = {1: "raw", 2: "send_calibration", 3: "send_model_state", 4: "restart", 5: "send_last_words", 6: "face_forward"}
 REASONS = [None, "malformed", "out_of_range", "wrong_state", "too_large", "hash_mismatch", "wrong_offset", "storage_failed", "not_fitting", "busy"]
 KINDS = {1: ("configuration", "<3fiIB8sBB8s"), 2: ("stream", "<I8f2f3f8sBH"), 3: ("raw_semg", None), 4: ("orientation", "<4f"),
          5: ("hand_position", "<B3f"), 6: ("ping", "<BIQQQ"), 7: ("inference", "<BB" + "Bf" * 4 + "f3f"), 8: ("status", "<IHB5I8sBIIHI"),

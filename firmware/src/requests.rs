@@ -160,6 +160,7 @@ fn command<const C: usize>(
             let words = Packet::LastWords(desk.last_words.clone());
             answer(path, words, now_us, desk.outbox);
         }
+        Control::FaceForward => path.face_forward()?,
         Control::Restart { boot_id } if boot_id == path.boot_id() => {
             return Ok(Answer::Now(Effect::Restart));
         }

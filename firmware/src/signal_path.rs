@@ -1,7 +1,9 @@
 //! From scans and requests to encoded frames: the shared pipeline, which numbers all that the wearable sends.
 
 use tonus_shared::{
-    pipeline::{Board, CalibrationError, Health, InputError, Pipeline, PipelineError},
+    pipeline::{
+        Board, CalibrationError, HeadingError, Health, InputError, Pipeline, PipelineError,
+    },
     sample::Scan,
     wire::{Calibration, Frame, MAX_FRAME_BYTES, Packet, Ping, Stream, WireError},
 };
@@ -102,13 +104,21 @@ impl<const C: usize> SignalPath<C> {
         self.pipeline.set_hand(position_m, acquired_us)
     }
 
-    /// The upper arm's attitude at device time `acquired_us`; see [`Pipeline::set_orientation`]. It goes out with the
+    /// The upper arm's attitude at device time `acquired_us`; see [`Pipeline::set_attitude`]. It goes out with the
     /// next scan.
     ///
     /// # Errors
     /// [`InputError`]; it is counted and changes nothing.
-    pub fn set_orientation(&mut self, xyzw: [f32; 4], acquired_us: u64) -> Result<(), InputError> {
-        self.pipeline.set_orientation(xyzw, acquired_us)
+    pub fn set_attitude(&mut self, xyzw: [f32; 4], acquired_us: u64) -> Result<(), InputError> {
+        self.pipeline.set_attitude(xyzw, acquired_us)
+    }
+
+    /// The upper arm hangs, the elbow bent forward; see [`Pipeline::face_forward`].
+    ///
+    /// # Errors
+    /// [`HeadingError`]; what was known stands.
+    pub fn face_forward(&mut self) -> Result<(), HeadingError> {
+        self.pipeline.face_forward()
     }
 
     /// The front end's own lead-off detection, per channel, from now on.

@@ -83,7 +83,7 @@ pub async fn run<const C: usize, const N: usize>(
                 take(path, event, &ports, &mut tell);
             }
             // One that is refused is counted by the pipeline.
-            Either4::Second((xyzw, at_us)) => _ = path.set_orientation(xyzw, at_us),
+            Either4::Second((xyzw, at_us)) => _ = path.set_attitude(xyzw, at_us),
             Either4::Third(frame) => {
                 tell(Notice::Asked(frame.packet.kind(), frame.header.sequence));
                 match requests::handle(path, frame, now_us(), ports.desk) {

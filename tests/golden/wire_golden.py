@@ -38,6 +38,7 @@ FRAMES = {
     "control_send_model_state": frame(9, struct.pack("<BI", 3, 0)),
     "control_restart": frame(9, struct.pack("<BI", 4, 0xFEDC_BA98)),
     "control_send_last_words": frame(9, struct.pack("<BI", 5, 0)),
+    "control_face_forward": frame(9, struct.pack("<BI", 6, 0)),
     "calibration": frame(10, struct.pack("<IB8BBf8f8f3f4f2f", 0x0A0B_0C0D, 4,
                                          1, 2, 3, 4, 0, 0, 0, 0, 60, 1000.0, 1e-5, 2e-5, 0.0, 4e-6, 0, 0, 0, 0,
                                          5e-4, 6e-4, 7e-4, 8e-4, 0, 0, 0, 0, 0.025, 0.75, 1.5, 13.0, 13.5, 12.0, 11.5, 62.5, 1.625)),

@@ -102,6 +102,7 @@ pub fn golden_management() -> Vec<Packet> {
             boot_id: 0xFEDC_BA98,
         },
         Control::SendLastWords,
+        Control::FaceForward,
     ];
     let replies = [
         (Kind::ModelUpload, 0x0506_0708, Ok(()), 4_320),

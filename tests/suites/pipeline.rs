@@ -1,11 +1,12 @@
 //! The wearable's signal path on made-up signals: timing, closed forms, raw counts, refusals.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "test suite")]
 
-use tonus_shared::pipeline::{InputError, Pipeline, PipelineConfig, PipelineError};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use tonus_shared::pipeline::{HeadingError, InputError, Pipeline, PipelineConfig, PipelineError};
 use tonus_shared::sample::{AdcScale, Scan};
 use tonus_shared::semg::chain::Chain;
 use tonus_shared::stiffness::{ArmPosture, ArmStiffness, CoContraction, Segments};
-use tonus_shared::wire::{Muscle, Packet, SequenceTracker, StreamFlags};
+use tonus_shared::wire::{Muscle, Packet, SequenceTracker, Stream, StreamFlags};
 use tonus_tests::wearer::{Wearer, config, last_status, streams, take};
 
 /// Packet k comes with scan ceil(k rate / 100), for a minute, at any rate.
@@ -121,6 +122,83 @@ fn channels_on_one_head_are_averaged() {
     assert!((activation([BicepsLong, BicepsLong, BicepsLong]) - 0.5).abs() < 5e-3);
     assert!((activation([BicepsLong, TricepsLong, BicepsLong]) - 1.0).abs() < 5e-3);
     assert!((activation([BicepsLong, Other, Other]) - 0.5).abs() < 5e-3);
+}
+
+/// An attitude in a level frame turned by any heading, told where forward is by a hanging arm: what goes out is the attitude
+/// in the shoulder frame, and the stiffness that of a pipeline that was told it.
+#[test]
+fn a_heading_is_found_while_the_arm_hangs() {
+    let about = |axis, degrees: f64| UnitQuaternion::from_axis_angle(&axis, degrees.to_radians());
+    let xyzw = |turned: UnitQuaternion<f64>| <[f64; 4]>::from(turned.coords).map(|x| x as f32);
+    let scan = |index| Scan {
+        index,
+        acquired_us: 5_000 * u64::from(index),
+        counts: [0],
+    };
+    for heading_deg in [-179.0, -90.0, -12.5, 0.0, 77.0, 180.0] {
+        let level = about(Vector3::z_axis(), heading_deg);
+        // Hanging as well as may be asked of people; then raised by 50 degrees, turned out by 20.
+        let hangs = about(Vector3::y_axis(), -8.0);
+        let raised = about(Vector3::z_axis(), -20.0) * about(Vector3::y_axis(), -50.0);
+        let [mut finds, mut told] = [0, 1].map(|_| Pipeline::<1>::new(&config(200.0)).unwrap());
+        assert_eq!(finds.face_forward(), Err(HeadingError::NoAttitude));
+        let mut newest = [None, None];
+        let mut oriented = None;
+        for index in 0..200 {
+            let upper_arm = if index < 100 { hangs } else { raised };
+            for pipeline in [&mut finds, &mut told] {
+                pipeline.push_scan(&scan(index)).unwrap();
+            }
+            let at_us = 5_000 * u64::from(index);
+            finds.set_attitude(xyzw(level * upper_arm), at_us).unwrap();
+            told.set_orientation(xyzw(upper_arm), at_us).unwrap();
+            if index == 50 {
+                let (_, seen) = last(&mut finds);
+                assert!(!seen.unwrap().flags.contains(StreamFlags::ORIENTATION_SEEN));
+                assert_eq!(finds.face_forward(), Ok(()));
+            }
+            for (pipeline, newest) in [&mut finds, &mut told].into_iter().zip(&mut newest) {
+                let (orientation, stream) = last(pipeline);
+                *newest = stream.or(*newest);
+                oriented = orientation.or(oriented);
+            }
+        }
+        let [found, expected] = newest.map(Option::unwrap);
+        assert!(found.flags.contains(StreamFlags::ORIENTATION_SEEN));
+        for (found, expected) in found
+            .stiffness_n_per_m
+            .iter()
+            .zip(expected.stiffness_n_per_m)
+        {
+            assert!(
+                (found / expected - 1.0).abs() < 1e-4,
+                "{heading_deg}: {found} {expected}"
+            );
+        }
+        let oriented = UnitQuaternion::from_quaternion(Quaternion::from(oriented.unwrap()));
+        assert!(oriented.cast::<f64>().angle_to(&raised) < 1e-3);
+        let raised = Err(HeadingError::NotHanging { tilt_deg: 50.0 });
+        let refused = finds.face_forward().map_err(|error| match error {
+            HeadingError::NotHanging { tilt_deg } => HeadingError::NotHanging {
+                tilt_deg: tilt_deg.round(),
+            },
+            HeadingError::NoAttitude => error,
+        });
+        assert_eq!(refused, raised);
+    }
+}
+
+/// The newest attitude and stream packet that wait.
+fn last(pipeline: &mut Pipeline<1>) -> (Option<[f32; 4]>, Option<Stream>) {
+    let (mut xyzw, mut newest) = (None, None);
+    for frame in take(pipeline) {
+        match frame.packet {
+            Packet::Orientation(orientation) => xyzw = Some(orientation.xyzw),
+            Packet::Stream(stream) => newest = Some(stream),
+            _ => {}
+        }
+    }
+    (xyzw, newest)
 }
 
 #[test]

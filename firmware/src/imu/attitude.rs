@@ -4,12 +4,14 @@
 //! learns the gyroscope's bias, at rest and in motion.
 //!
 //! ```text
-//! sensor axes --mounting--> upper-arm axes --VQF--> level frame, z up --heading--> shoulder frame
+//! sensor axes --mounting--> upper-arm axes --VQF--> level frame, z up
 //! ```
 //!
-//! **Yaw.** Nothing observes the direction about the vertical: it begins where [`Attitude::face_forward`] sets
-//! it and drifts by what is left of the bias, some degrees in ten minutes at best. Whoever needs it sets it again while the arm is
-//! held in a known posture. Inclination does not drift.
+//! **Yaw.** Nothing observes the direction about the vertical: it begins with the sensor's at the start and drifts by what is
+//! left of the bias, some degrees in ten minutes at best. [`Pipeline::face_forward`] finds it in a known posture, on request of
+//! a host. Inclination does not drift.
+//!
+//! [`Pipeline::face_forward`]: tonus_shared::pipeline::Pipeline::face_forward
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use vqf_rs::VQF;
@@ -53,14 +55,13 @@ pub enum AttitudeError {
     },
 }
 
-/// Attitude of the upper arm in the shoulder frame, as [`Pipeline::set_orientation`] takes it.
+/// Attitude of the upper arm in a level frame, as [`Pipeline::set_attitude`] takes it.
 ///
-/// [`Pipeline::set_orientation`]: tonus_shared::pipeline::Pipeline::set_orientation
+/// [`Pipeline::set_attitude`]: tonus_shared::pipeline::Pipeline::set_attitude
 pub struct Attitude {
     filter: VQF,
     rate_hz: f32,
     mounting: UnitQuaternion<f32>,
-    heading: UnitQuaternion<f32>,
     newest_us: Option<u64>,
     settled_us: u64,
 }
@@ -88,14 +89,13 @@ impl Attitude {
             filter: filter(rate_hz),
             rate_hz,
             mounting: UnitQuaternion::from_quaternion(mounting),
-            heading: UnitQuaternion::identity(),
             newest_us: None,
             settled_us: 0,
         })
     }
 
     /// Takes a measurement of device time `acquired_us`, and gives the attitude: unit quaternion x, y, z, w, upper-arm
-    /// frame to shoulder frame. None while it settles, 0.5 s after the start and after a gap of over 50 ms.
+    /// frame to level frame. None while it settles, 0.5 s after the start and after a gap of over 50 ms.
     ///
     /// **Budget.** One measurement period, 4.8 ms at 208 Hz.
     ///
@@ -133,14 +133,7 @@ impl Attitude {
         if acquired_us < self.settled_us {
             return Ok(None);
         }
-        Ok(Some((self.heading * self.level()).coords.into()))
-    }
-
-    /// Takes the upper arm's present direction to be straight ahead: the turn about the vertical that brings its x
-    /// axis into the plane of forward and up. Ask for it while the arm hangs, the elbow bent forward.
-    pub fn face_forward(&mut self) {
-        let x = self.level() * Vector3::x();
-        self.heading = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), -libm::atan2f(x.y, x.x));
+        Ok(Some(self.level().coords.into()))
     }
 
     /// What the gyroscope shows at rest, rad/s, as far as it was learnt; upper-arm axes.

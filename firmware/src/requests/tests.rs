@@ -171,6 +171,60 @@ fn the_calibration_in_use_and_the_last_words_are_sent_when_asked_for() {
     assert_eq!(packets, [words, reply(Kind::Control, Ok(()))]);
 }
 
+/// Pushes scans for half a second from `first` on, with attitudes between them if there are any.
+fn half_a_second(
+    path: &mut SignalPath<CHANNELS>,
+    first: u32,
+    xyzw: Option<[f32; 4]>,
+) -> (u64, StreamFlags) {
+    let office = Office::new();
+    let mut flags = StreamFlags::default();
+    let mut now_us = 0;
+    for index in first..first + 500 {
+        now_us = 1_000_000 + u64::from(index) * 1_000;
+        let scan = Scan {
+            index,
+            acquired_us: now_us,
+            counts: [1877; CHANNELS],
+        };
+        path.push_scan(&scan, &office.outbox).unwrap();
+        if let Some(xyzw) = xyzw {
+            path.set_attitude(xyzw, now_us).unwrap();
+        }
+        for packet in sent(&office.outbox) {
+            if let Packet::Stream(stream) = packet {
+                flags = stream.flags;
+            }
+        }
+    }
+    (now_us, flags)
+}
+
+#[test]
+fn forward_is_where_a_hanging_arm_is_asked_to_face() {
+    let mut path = path();
+    let face = || Packet::Control(Control::FaceForward);
+    let refused = |why| (Effect::None, [reply(Kind::Control, Err(why))].into());
+    assert_eq!(told(&mut path, face()), refused(Refusal::WrongState));
+    let (_, flags) = half_a_second(&mut path, 0, None);
+    assert_eq!(told(&mut path, face()), refused(Refusal::WrongState));
+    assert!(!flags.contains(StreamFlags::ORIENTATION_SEEN));
+    // Raised by 60 degrees, then hanging; turned by 90 degrees about the vertical from wherever the sensor began.
+    let raised = [0.0, -0.5, 0.0, 0.866_025_4];
+    let (_, flags) = half_a_second(&mut path, 500, Some(raised));
+    assert_eq!(told(&mut path, face()), refused(Refusal::OutOfRange));
+    assert!(!flags.contains(StreamFlags::ORIENTATION_SEEN));
+    let half = core::f32::consts::FRAC_1_SQRT_2;
+    let hanging = [0.0, 0.0, half, half];
+    let (_, flags) = half_a_second(&mut path, 1_000, Some(hanging));
+    assert!(!flags.contains(StreamFlags::ORIENTATION_SEEN));
+    let done = (Effect::None, [reply(Kind::Control, Ok(()))].into());
+    assert_eq!(told(&mut path, face()), done);
+    let (_, flags) = half_a_second(&mut path, 1_500, Some(hanging));
+    assert!(flags.contains(StreamFlags::ORIENTATION_SEEN));
+    assert!(!flags.contains(StreamFlags::STIFFNESS_HELD));
+}
+
 #[test]
 fn a_hand_that_is_seen_shows_in_the_stream() {
     let mut path = path();

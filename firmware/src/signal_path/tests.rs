@@ -290,7 +290,11 @@ fn hand_attitude_and_lead_off_reach_the_stream() {
     let now_us = four.now_us();
     four.path.set_hand(Some([0.4, 0.0, -0.3]), now_us).unwrap();
     four.path
-        .set_orientation([0.0, 0.0, 0.0, 1.0], now_us)
+        .set_attitude([0.0, 0.0, 0.0, 1.0], now_us)
+        .unwrap();
+    four.path.face_forward().unwrap();
+    four.path
+        .set_attitude([0.0, 0.0, 0.0, 1.0], now_us + 1)
         .unwrap();
     assert!(four.path.set_hand(Some([f32::NAN; 3]), now_us + 1).is_err());
     four.path.set_lead_off([false, true, false, false]);

@@ -102,7 +102,7 @@ impl Task {
                 "Tense biceps and triceps against each other with all your strength, until the bar is full.".into()
             }
             Task::Flex => {
-                "Elbow at a right angle, a weight of about 2 kg in the hand: hold it up, triceps loose.".into()
+                "Upper arm hanging, elbow at a right angle, forearm forward, a weight of about 2 kg in the hand: hold it up, triceps loose.".into()
             }
             Task::Extend => {
                 "Elbow at a right angle: press the hand down on the table as hard as 2 kg weigh, biceps loose.".into()

@@ -95,6 +95,14 @@ impl<const C: usize> Bridge<C> {
         self.pipeline.set_orientation(xyzw, acquired_us)
     }
 
+    /// The same in a level frame whose heading a host finds out by a request. See [`Pipeline::set_attitude`].
+    ///
+    /// # Errors
+    /// [`InputError`]; it is counted and changes nothing.
+    pub fn set_attitude(&mut self, xyzw: [f32; 4], acquired_us: u64) -> Result<(), InputError> {
+        self.pipeline.set_attitude(xyzw, acquired_us)
+    }
+
     /// Does what the bytes of one frame ask for, at device time `now_us`, and answers.
     ///
     /// What is no frame, or none that a host sends, is counted as refused, and the status tells.
@@ -164,6 +172,10 @@ impl<const C: usize> Bridge<C> {
                 return Ok(Effect::Restart);
             }
             Control::Restart { .. } => return Err(Refusal::WrongState),
+            Control::FaceForward => {
+                self.pipeline.face_forward()?;
+                return Ok(Effect::None);
+            }
             Control::SendCalibration => Packet::Calibration(self.calibration),
             Control::SendModelState => Packet::ModelState(ModelState {
                 active: None,

@@ -84,6 +84,16 @@ impl Calibrating {
         }
     }
 
+    /// How much is over of the step in which the elbow is bent and the upper arm hangs, while it is measured.
+    pub(super) fn bent(&self) -> Option<f64> {
+        if !self.ready() || self.prompt() != Prompt::Flex {
+            return None;
+        }
+        self.step()
+            .filter(|step| step.measuring)
+            .map(|step| step.progress)
+    }
+
     fn prompt(&self) -> Prompt {
         match &self.under {
             None => Prompt::Free,

@@ -11,6 +11,7 @@ use tonus_shared::wire::Packet;
 use super::acts::LearnJob;
 use super::calibrating::Calibrating;
 use super::config::EngineConfig;
+use super::facing::Facing;
 use super::follow::{Body, Follow};
 use super::input::{HandSeen, Input, LinkEvent, RobotSeen, TrackerEvent};
 use super::request::Request;
@@ -74,6 +75,7 @@ pub struct Engine {
     pub(super) hand_in_robot_m: Option<[f64; 3]>,
     pub(super) follow: Follow,
     pub(super) calibrating: Calibrating,
+    pub(super) facing: Facing,
     pub(super) teaching: Teaching,
     /// Shoulder or robot are elsewhere than before.
     pub(super) reframed: bool,
@@ -127,6 +129,7 @@ impl Engine {
             seen_us: 0,
             hand_in_robot_m: None,
             calibrating: Calibrating::default(),
+            facing: Facing::default(),
             teaching: Teaching::default(),
             reframed: false,
             take: None,
@@ -250,6 +253,7 @@ impl Engine {
             Packet::Stream(stream) => {
                 let describes_us = stream.describes_us(acquired_us);
                 self.traces.stream(acquired_us, stream);
+                self.face(world);
                 self.measure(acquired_us, stream);
                 let means = self.meaningless().is_none();
                 if let Some(take) = self.take.as_mut().filter(|_| means) {
@@ -262,7 +266,10 @@ impl Engine {
                     self.traces.raw(acquired_us, raw, &configuration);
                 }
             }
-            Packet::Reply(reply) => self.answered(Some(reply), world),
+            Packet::Reply(reply) => {
+                self.faced(reply);
+                self.answered(Some(reply), world);
+            }
             Packet::Calibration(_) => self.told_calibration(),
             _ => {}
         }

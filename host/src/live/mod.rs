@@ -6,6 +6,7 @@ mod acts;
 mod calibrating;
 mod config;
 mod engine;
+mod facing;
 mod follow;
 mod input;
 mod port;

@@ -68,7 +68,11 @@ impl Engine {
             refused: self.wearable.refused,
             age_ms: (self.wearable.newest).map(|newest| self.age_ms(newest.acquired_us)),
             battery_mv: status.and_then(|status| status.battery_mv),
-            warnings: status.map_or_else(Vec::new, |status| warnings(status.flags)),
+            warnings: status
+                .map_or_else(Vec::new, |status| warnings(status.flags))
+                .into_iter()
+                .chain(self.unfaced().map(str::to_owned))
+                .collect(),
             ..LinkView::default()
         };
         match &self.linked {

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use tonus_shared::wire::{
     self, Calibration, Configuration, Control, Frame, HandPosition, Header, MAX_FRAME_BYTES,
-    Packet, Ping, Refusal, Reply, SequenceCounts, SequenceTracker, Status, Stream,
+    Packet, Ping, Refusal, Reply, SequenceCounts, SequenceTracker, Status, Stream, StreamFlags,
 };
 
 use crate::clock::{ClockConfig, ClockError, DeviceClock, Health, Notice, RoundTrip};
@@ -15,6 +15,8 @@ const PING_EVERY_US: u64 = 1_000_000;
 const PINGS: usize = 8;
 /// An answer to a request that did not come for so long will not come, microseconds.
 const ANSWER_WITHIN_US: u64 = 3_000_000;
+/// An attitude comes with every stream packet, but for those that are lost, microseconds.
+const ATTITUDE_WITHIN_US: u64 = 200_000;
 
 /// A frame that came in order.
 #[derive(Debug)]
@@ -41,6 +43,8 @@ pub(super) struct Wearable {
     sent: u32,
     pinged_us: Option<u64>,
     pings: VecDeque<(u32, u64)>,
+    /// Session time of the newest attitude, microseconds.
+    attitude_us: Option<u64>,
     /// A calibration on its way: its sequence number, and when it left.
     calibrating: Option<(u32, u64)>,
 }
@@ -80,6 +84,7 @@ impl Wearable {
             sent: 0,
             pinged_us: None,
             pings: VecDeque::new(),
+            attitude_us: None,
             calibrating: None,
         })
     }
@@ -122,6 +127,7 @@ impl Wearable {
         match &frame.packet {
             Packet::Configuration(configuration) => self.configuration = Some(*configuration),
             Packet::Status(status) => self.status = Some(*status),
+            Packet::Orientation(_) => self.attitude_us = Some(mapped.at_us),
             Packet::Calibration(calibration) => {
                 self.calibration = Some(*calibration);
                 self.unconfirmed = false;
@@ -135,6 +141,15 @@ impl Wearable {
             _ => {}
         }
         Some(Heard { frame, notice })
+    }
+
+    /// Whether attitudes come while no posture rests on them.
+    pub(super) fn attitude_without_heading(&self) -> bool {
+        let (Some(newest), Some(attitude_us)) = (&self.newest, self.attitude_us) else {
+            return false;
+        };
+        newest.acquired_us.abs_diff(attitude_us) <= ATTITUDE_WITHIN_US
+            && !newest.stream.flags.contains(StreamFlags::ORIENTATION_SEEN)
     }
 
     /// Whether it has told what it is and what it is calibrated for.
@@ -154,6 +169,7 @@ impl Wearable {
     pub(super) fn unlinked(&mut self) {
         self.pings.clear();
         self.newest = None;
+        self.attitude_us = None;
         self.pinged_us = None;
     }
 
@@ -226,6 +242,12 @@ impl Wearable {
         Some(outcome)
     }
 
+    /// Any request, and the number by which its reply names it.
+    pub(super) fn request(&mut self, packet: Packet, now_us: u64) -> Option<(u32, Vec<u8>)> {
+        let sequence = self.sent;
+        Some((sequence, self.frame(packet, now_us)?))
+    }
+
     fn frame(&mut self, packet: Packet, device_us: u64) -> Option<Vec<u8>> {
         let header = Header {
             boot_id: self.host_boot_id,
@@ -251,7 +273,6 @@ impl Wearable {
 #[cfg(test)]
 mod tests {
     use tonus_shared::semg::quality::Quality;
-    use tonus_shared::wire::StreamFlags;
 
     use super::*;
 

@@ -1,6 +1,6 @@
 //! The simulated person's arm: what a calibration is to find.
 
-use nalgebra::{Vector3, Vector4};
+use nalgebra::{UnitQuaternion, Vector3, Vector4};
 use tonus_shared::Real;
 use tonus_shared::stiffness::{
     ArmPosture, ArmStiffness, CoContraction, ParameterError, Segments, deflection,
@@ -49,6 +49,16 @@ impl Arm {
             segments: Segments::new(MASS_KG, HEIGHT_M)?,
             co_contraction: CoContraction::new(gain, slope)?,
         })
+    }
+
+    /// How the upper arm is turned (upper-arm axes to shoulder frame: x, y, z, w) with the hand at `hand_m` (shoulder frame,
+    /// metres); none where the arm cannot be.
+    #[must_use]
+    pub fn upper_arm_xyzw(&self, hand_m: [f64; 3]) -> Option<[f64; 4]> {
+        let hand = Vector3::from(hand_m);
+        let posture = ArmPosture::from_hand_and_swivel(&self.segments, &hand, 0.0).ok()?;
+        let turned = UnitQuaternion::from_rotation_matrix(posture.upper_arm());
+        Some(turned.coords.into())
     }
 
     /// Where a hand ends that is held at `hand_m` (shoulder frame, metres) while `force_n` pulls at it and every muscle is

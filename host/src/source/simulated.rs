@@ -5,8 +5,10 @@
 //! engine's prompts ask.
 
 use std::collections::VecDeque;
+use std::f64::consts::PI;
 use std::time::Duration;
 
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use tonus_shared::pipeline::{Board, CalibrationError, illustrative};
@@ -38,8 +40,10 @@ const MUSCLES: [Muscle; CHANNELS] = [
 const UP_US: u64 = 200_000;
 /// The robot that shows its part tells where it is so often, microseconds.
 const ROBOT_EVERY_US: u64 = 10_000;
-/// Where the hand is held, shoulder frame, metres: the elbow bent to about a right angle.
-const HELD_M: [f64; 3] = [0.32, -0.04, -0.27];
+/// Where the hand is held, shoulder frame, metres: the upper arm hangs and the elbow is bent to about a right angle, forward.
+const HELD_M: [f64; 3] = [0.32, 0.0, -0.27];
+/// The attitude sensor tells every so many scans.
+const ATTITUDE_EVERY: u64 = 10;
 /// Muscles against a weight: those that work, and their antagonists.
 const WORKING: f64 = 0.45;
 const YIELDING: f64 = 0.06;
@@ -110,6 +114,8 @@ pub struct SimulatedDevices {
     puppet: Puppet,
     person: Arm,
     electrodes: Electrodes,
+    /// Of the attitude sensor's level frame against the shoulder frame: nobody knows it.
+    heading_rad: f64,
     bridge: Bridge<CHANNELS>,
     up: SimulatedLink,
     down: SimulatedLink,
@@ -147,6 +153,7 @@ impl SimulatedDevices {
             puppet: Puppet::new(config.seed),
             person: Arm::new()?,
             electrodes,
+            heading_rad: rand::RngExt::random_range(&mut rng, -PI..PI),
             bridge: Bridge::new(board, &illustrative(MUSCLES, 1_000))?,
             up: SimulatedLink::new(config.link, config.seed)?,
             down: SimulatedLink::new(config.link, !config.seed)?,
@@ -293,6 +300,9 @@ impl SimulatedDevices {
             let up = &mut self.up;
             // Scans are numbered without repeats, so none is refused.
             let _never_refused = self.bridge.push_scan(&scan, |bytes| up.push(bytes, at_us));
+            if self.scans.is_multiple_of(ATTITUDE_EVERY) {
+                self.attitude(at_us);
+            }
             self.scans += 1;
         }
     }
@@ -304,6 +314,20 @@ impl SimulatedDevices {
             self.bridge
                 .request(&delivery.bytes, device_us, |bytes| up.push(bytes, at_us));
         }
+    }
+
+    fn attitude(&mut self, at_us: u64) {
+        let hand_m = self.puppet.truth(at_us).hand_m;
+        let Some(upper_arm) = self.person.upper_arm_xyzw(hand_m) else {
+            return;
+        };
+        let upper_arm = UnitQuaternion::from_quaternion(Quaternion::from(upper_arm));
+        let told =
+            UnitQuaternion::from_axis_angle(&Vector3::z_axis(), self.heading_rad) * upper_arm;
+        #[allow(clippy::cast_possible_truncation, reason = "the packet carries f32")]
+        let xyzw = <[f64; 4]>::from(told.coords).map(|part| part as f32);
+        // Times rise with the scans, so none is refused.
+        let _never_refused = self.bridge.set_attitude(xyzw, self.scans * SCAN_US);
     }
 
     fn acquire(&mut self, at_us: u64) -> Scan<CHANNELS> {

@@ -2,6 +2,8 @@
 
 use crate::wire::{QUATERNION_SLACK, ResetReason, StatusFlags};
 
+use super::heading::Heading;
+
 /// A hand or attitude older than this counts as not seen, us.
 pub(super) const MAX_AGE_US: u64 = 100_000;
 /// How far ahead of the newest scan a hand or attitude may be: more is a clock that is not aligned, us.
@@ -182,7 +184,7 @@ impl Scans {
 }
 
 /// Newest value of an input that comes at its own times; `None` when it was measured to be absent.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Latest<const N: usize> {
     newest: Option<(Option<[f32; N]>, u64)>,
 }
@@ -224,21 +226,12 @@ impl<const N: usize> Latest<N> {
 }
 
 /// Inputs beside the scans, and how many inputs of any sort were refused.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Inputs {
     pub(super) hand: Latest<3>,
     pub(super) orientation: Latest<4>,
+    pub(super) heading: Heading,
     pub(super) refused: u32,
-}
-
-impl Default for Inputs {
-    fn default() -> Self {
-        Self {
-            hand: Latest { newest: None },
-            orientation: Latest { newest: None },
-            refused: 0,
-        }
-    }
 }
 
 /// Refuses what is no unit quaternion.

@@ -5,7 +5,7 @@
 //! ```text
 //! push_scan -> chain -> normalise -> activation -> co-contraction -+-> stiffness -> Stream
 //!           \-> quality                                            |
-//! set_hand, set_orientation -> posture ----------------------------/
+//! set_hand, set_orientation or set_attitude -> posture -------------/
 //! next_frame <- Configuration, Stream, Orientation, Status, RawSemg
 //! ```
 //!
@@ -16,6 +16,7 @@ mod arm;
 mod blend;
 mod calibration;
 mod config;
+mod heading;
 mod input;
 mod outbox;
 mod schedule;
@@ -23,6 +24,7 @@ mod signal;
 
 pub use calibration::{Board, CalibrationError, illustrative};
 pub use config::{ChannelConfig, DEFAULT_ACTIVATION_WINDOW_S, PipelineConfig, PipelineError};
+pub use heading::HeadingError;
 pub use input::{Health, InputError};
 pub use schedule::STREAM_HZ;
 pub use signal::activation_weight;
@@ -219,6 +221,37 @@ impl<const C: usize> Pipeline<C> {
             value: Orientation { xyzw },
             device_us: acquired_us,
         });
+        Ok(())
+    }
+
+    /// The attitude of the upper arm as [`Self::set_orientation`] takes it, but in a level frame (z up) whose heading nobody
+    /// knows. It goes out as a packet, and counts once [`Self::face_forward`] has told where forward is.
+    ///
+    /// # Errors
+    /// As [`Self::set_orientation`].
+    pub fn set_attitude(&mut self, xyzw: [f32; 4], acquired_us: u64) -> Result<(), InputError> {
+        let newest_us = self.scans.newest_us();
+        let set = input::checked_quaternion(xyzw)
+            .and_then(|()| self.inputs.heading.set(xyzw, acquired_us, newest_us));
+        if let Some(turned) = self.counted(set)? {
+            return self.set_orientation(turned, acquired_us);
+        }
+        self.outbox.orientation(Timed {
+            value: Orientation { xyzw },
+            device_us: acquired_us,
+        });
+        Ok(())
+    }
+
+    /// The upper arm hangs and the elbow is bent forward: where its x axis points now is forward, from now on. The stiffness
+    /// goes over to the new posture without a step.
+    ///
+    /// # Errors
+    /// [`HeadingError`]; what was known stands.
+    pub fn face_forward(&mut self) -> Result<(), HeadingError> {
+        let now_us = self.scans.newest_us().ok_or(HeadingError::NoAttitude)?;
+        self.inputs.heading.face_forward(now_us)?;
+        self.blend.leave_source();
         Ok(())
     }
 

@@ -184,7 +184,7 @@ pub struct StreamFlags(u16);
 impl StreamFlags {
     /// The hand was seen recently; without it the elbow angle is an assumption.
     pub const HAND_SEEN: Self = Self(1 << 0);
-    /// The upper arm's attitude is recent; without it the swivel is assumed zero or, without a hand too, the arm to hang.
+    /// The upper arm's attitude is recent and its heading known; without it the swivel is assumed zero or, without a hand too, the arm to hang.
     pub const ORIENTATION_SEEN: Self = Self(1 << 1);
     /// Scans are missing within the memory of the filters.
     pub const GAP: Self = Self(1 << 2);

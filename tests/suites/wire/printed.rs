@@ -60,6 +60,7 @@ fn golden_management_json() -> Vec<Value> {
         json!({"kind": "control", "command": "send_model_state", "value": 0}),
         json!({"kind": "control", "command": "restart", "value": 0xFEDC_BA98_u32}),
         json!({"kind": "control", "command": "send_last_words", "value": 0}),
+        json!({"kind": "control", "command": "face_forward", "value": 0}),
         json!({"kind": "calibration", "revision": first.revision,
             "muscles": ["biceps_short", "biceps_long", "triceps_lateral", "triceps_long"],
             "mains_hz": 60, "semg_hz": 1000.0, "rest_v": levels([1e-5, 2e-5, 0.0, 4e-6]),

@@ -143,6 +143,7 @@ pub(super) fn any_answer() -> impl Strategy<Value = Packet> {
         Just(Control::SendModelState),
         any::<u32>().prop_map(|boot_id| Control::Restart { boot_id }),
         Just(Control::SendLastWords),
+        Just(Control::FaceForward),
     ];
     let outcome = prop_oneof![
         Just(Ok(())),

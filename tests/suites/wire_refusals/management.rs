@@ -10,11 +10,12 @@ fn what_no_request_holds_is_refused_when_decoding() {
     refused_by_field(&[
         ("control_raw", 0, &[0], "value"),
         ("control_send_calibration", 0, &[0], "command"),
-        ("control_send_calibration", 0, &[6], "command"),
+        ("control_send_calibration", 0, &[7], "command"),
         ("control_raw", 1, &[2], "value"),
         ("control_send_calibration", 1, &[1], "value"),
         ("control_send_model_state", 4, &[1], "value"),
         ("control_send_last_words", 2, &[1], "value"),
+        ("control_face_forward", 1, &[1], "value"),
         ("calibration", 4, &[0], "channels"),
         ("calibration", 4, &[9], "channels"),
         ("calibration", 4, &[3], "muscles"),

@@ -171,20 +171,6 @@ fn the_mounting_turns_sensor_axes_into_the_arms() {
 }
 
 #[test]
-fn facing_forward_sets_the_direction_and_keeps_the_inclination() {
-    let mut arm = Arm::new(UnitQuaternion::identity());
-    arm.rest(1.0);
-    arm.turn([0.0, -20_f32.to_radians(), 0.0], 1.0);
-    arm.turn([0.0, 0.0, 1.0], 1.3);
-    arm.attitude.face_forward();
-    arm.rest(0.1);
-    let x = arm.shown() * Vector3::x();
-    assert!(x.y.abs() < 1e-3 && x.x > 0.8, "{x}");
-    let up = arm.shown() * (arm.truth.inverse() * Vector3::z());
-    assert!((up - Vector3::z()).norm() < 1e-2, "{up}");
-}
-
-#[test]
 fn what_is_not_finite_or_not_newer_changes_nothing() {
     let mut arm = Arm::new(turned([1.0, 0.0, 0.0], 25.0));
     arm.rest(1.0);

@@ -35,6 +35,7 @@ pub(super) fn put_control(packet: Control, out: &mut Writer<'_>) {
         Control::SendModelState => (3, 0),
         Control::Restart { boot_id } => (4, boot_id),
         Control::SendLastWords => (5, 0),
+        Control::FaceForward => (6, 0),
     };
     out.u8(command);
     out.u32(value);
@@ -57,7 +58,8 @@ pub(super) fn take_control(input: &mut Reader<'_>) -> Result<Control, WireError>
         3 => Ok(Control::SendModelState),
         4 => Ok(Control::Restart { boot_id: value }),
         5 => Ok(Control::SendLastWords),
-        got => Err(out_of_range("command", got, 1, 5)),
+        6 => Ok(Control::FaceForward),
+        got => Err(out_of_range("command", got, 1, 6)),
     }
 }
 

@@ -21,6 +21,8 @@ pub enum Control {
     },
     /// Send the [`LastWords`].
     SendLastWords,
+    /// The upper arm hangs, the elbow is bent forward: from now on that is forward.
+    FaceForward,
 }
 
 /// What the wearable must know of its person; set by a host, kept over a restart, read back.

@@ -2,9 +2,10 @@
 
 use tonus_emulated::device::lsm6dso::Lsm6dso;
 use tonus_emulated::{Machine, Stop};
-use tonus_shared::wire::{Frame, Packet, StatusFlags};
+use tonus_shared::wire::{Control, Frame, Packet, Refusal, StatusFlags, StreamFlags};
 
-use super::{frames_since, last_status, started};
+use super::host::ask;
+use super::{AT_REST, frames_since, last_status, started};
 
 fn sensor(machine: &mut Machine) -> &mut Lsm6dso {
     machine.world_mut().unwrap().imu.as_mut().unwrap()
@@ -62,4 +63,45 @@ fn a_sensor_that_measures_nothing_new_is_told_and_taken_up_again() {
 #[test]
 fn a_sensor_that_holds_the_clock_is_told_and_taken_up_again() {
     fails(|sensor, broken| sensor.stalls = broken);
+}
+
+/// Whether the newest stream packet rests on the attitude.
+fn counts(machine: &mut Machine) -> bool {
+    let from_us = machine.now_us();
+    assert_eq!(machine.run_until(from_us + 200_000), Ok(Stop::Time));
+    let newest =
+        frames_since(machine, from_us)
+            .into_iter()
+            .rev()
+            .find_map(|(_, frame)| match frame.packet {
+                Packet::Stream(stream) => Some(stream.flags),
+                _ => None,
+            });
+    newest.unwrap().contains(StreamFlags::ORIENTATION_SEEN)
+}
+
+#[test]
+fn an_attitude_counts_once_a_hanging_arm_was_told_to_face_forward() {
+    let face = || Packet::Control(Control::FaceForward);
+    let mut machine = started();
+    // Lying: gravity along the arm's x axis; VQF takes some seconds to believe it.
+    sensor(&mut machine).measure([0, 0, 0, AT_REST[5], 0, 0]);
+    let until_us = machine.now_us() + 12_000_000;
+    assert_eq!(machine.run_until(until_us), Ok(Stop::Time));
+    let (outcome, _) = ask(&mut machine, 1, face()).expect("an answer");
+    assert_eq!(outcome, Err(Refusal::OutOfRange));
+    assert!(!counts(&mut machine));
+    sensor(&mut machine).measure(AT_REST);
+    let until_us = machine.now_us() + 12_000_000;
+    assert_eq!(machine.run_until(until_us), Ok(Stop::Time));
+    assert!(!counts(&mut machine));
+    let (outcome, _) = ask(&mut machine, 2, face()).expect("an answer");
+    assert_eq!(outcome, Ok(()));
+    assert!(counts(&mut machine));
+    sensor(&mut machine).absent = true;
+    let until_us = machine.now_us() + 1_000_000;
+    assert_eq!(machine.run_until(until_us), Ok(Stop::Time));
+    let (outcome, _) = ask(&mut machine, 3, face()).expect("an answer");
+    assert_eq!(outcome, Err(Refusal::WrongState));
+    assert!(!counts(&mut machine));
 }
