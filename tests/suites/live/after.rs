@@ -117,7 +117,7 @@ pub(crate) fn in_real_time(directory: &Path, profile: Profile, library: Library)
     let watched = Rc::clone(&seen);
     let plan = Plan {
         hands: Some(Box::new(DayAfter::without_recall())),
-        seconds: Some(24.0),
+        seconds: Some(32.0),
         record: Some(file.clone()),
         library: Some(Arc::new(library)),
         person: Some(profile),
