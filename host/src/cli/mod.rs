@@ -23,6 +23,7 @@ mod scan;
 mod teach;
 mod train;
 mod unlabelled;
+mod upload;
 mod view;
 
 use std::io::Write;
@@ -71,6 +72,7 @@ enum Verb {
     Scan(scan::ScanArgs),
     Teach(teach::TeachArgs),
     Train(train::TrainArgs),
+    Upload(upload::UploadArgs),
 }
 
 /// Parses the command line and runs the verb.
@@ -113,6 +115,7 @@ fn run(Tonus { json, verb }: Tonus) -> anyhow::Result<()> {
         Verb::Scan(args) => args.run(json),
         Verb::Teach(args) => args.run(json),
         Verb::Train(args) => args.run(json),
+        Verb::Upload(args) => args.run(json),
     }
 }
 

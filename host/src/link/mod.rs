@@ -6,3 +6,4 @@ pub mod lsl;
 pub mod myo;
 pub mod serial;
 pub mod simulated;
+pub mod upload;

@@ -110,6 +110,20 @@ const MET: &[(&[&str], &[&str])] = &[
         &["record", "--link", "sim", "--label", "lift_book"],
         &["--output"],
     ),
+    (
+        &["upload", "none.tnsm", "--link", "ble"],
+        &["none.tnsm", "cannot be read"],
+    ),
+    (
+        &[
+            "upload",
+            concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml"),
+            "--link",
+            "ble",
+        ],
+        &["Cargo.toml", "tonus export MODEL -o IMAGE"],
+    ),
+    (&["upload", "none.tnsm", "--link", "sim"], &["--link ble"]),
     (&["frobnicate"], &["frobnicate", "--help"]),
 ];
 

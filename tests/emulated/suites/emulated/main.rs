@@ -20,6 +20,7 @@ mod receiving;
 mod recognising;
 mod recording;
 mod streaming;
+mod uploading;
 
 // The outbox of the wearable locks by it.
 use critical_section as _;
@@ -59,9 +60,14 @@ fn image() -> Image {
         .clone()
 }
 
+/// Of the project.
+fn root() -> std::path::PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
 /// Builds the image as `cargo firmware-wired` does and gives its path.
 fn built() -> std::path::PathBuf {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let root = root();
     let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     let status = cargo
         .args(["firmware-wired", "--quiet"])
