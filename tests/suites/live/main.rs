@@ -14,6 +14,7 @@ mod long;
 mod newcomer;
 mod played;
 mod recalled;
+mod slow;
 mod stamped;
 mod story;
 mod taught;
