@@ -193,6 +193,12 @@ impl Engine {
                 let rest_us = VIEW_SHARE.saturating_mul(now_us - shown_us);
                 self.view_due_us = (shown_us + SHOW_EVERY_US).max(now_us.saturating_add(rest_us));
             }
+            if let Some(Input::Stalled { since_us }) = input {
+                world.took(now_us, &Input::Stalled { since_us });
+                // The robot is told of it at the next moment, as any other.
+                self.follow.stalled(since_us, now_us);
+                continue;
+            }
             if self.follow.advance(now_us) {
                 world.set(now_us, &self.follow.setpoint(), self.follow.gate.state());
             }
@@ -233,6 +239,8 @@ impl Engine {
                 return std::mem::take(&mut self.reframed);
             }
             Input::Learnt(outcome) => return self.learnt(outcome, world),
+            // Nothing but the robot's time knows of it.
+            Input::Stalled { .. } => {}
         }
         false
     }

@@ -15,6 +15,7 @@ mod newcomer;
 mod played;
 mod recalled;
 mod slow;
+mod stalled;
 mod stamped;
 mod story;
 mod taught;
