@@ -12,6 +12,7 @@ mod left_out;
 mod link;
 mod long;
 mod newcomer;
+mod nobodys;
 mod played;
 mod recalled;
 mod slow;
