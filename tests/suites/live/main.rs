@@ -7,6 +7,7 @@ mod back;
 mod clocks;
 mod covered;
 mod elsewhere;
+mod ended;
 mod lagging;
 mod left_out;
 mod link;
