@@ -16,7 +16,7 @@ use super::view::{Estimate, Person, StepView};
 mod conclude;
 
 use conclude::base;
-pub use conclude::{Outcome, measures};
+pub use conclude::{Outcome, measures, unknown};
 
 /// An effort may be off by this factor either way: it is measured, but the levels must stay apart.
 const EFFORT_FACTOR: f64 = 3.0;

@@ -31,7 +31,7 @@ mod view;
 
 pub use fit::{Fit, FitError, Load, PARAMETERS, fit};
 pub use fit_check::{Finding, FitCheck, FitCheckError, Pattern, Verdict};
-pub use guide::{Guide, GuideError, Outcome, measures};
+pub use guide::{Guide, GuideError, Outcome, measures, unknown};
 pub use plan::{Hold, Task};
 pub use profile::{Profile, ProfileError};
 pub use view::{CalibrationResult, Estimate, NameError, Person, StepView};

@@ -14,8 +14,8 @@ const EXAMPLE: &str = "Examples:
   tonus play recordings/tonus-1764180000.mcap
   tonus run --link replay:recordings/tonus-1764180000.mcap   shows it in the browser, at its own pace
 
-Keys of the JSON: inputs, recorded, made, same, unrecorded (commands), setpoints, same_setpoints, first_different_us, cut,
-verdict (exact, no_commands or different), exact.";
+Keys of the JSON: inputs, recorded, made, same, unrecorded (commands), setpoints, same_setpoints, uncompared_setpoints,
+first_different_us, cut, verdict (exact, no_commands or different), exact.";
 
 /// Run a recording again as fast as it goes, and compare every command and set-point with the recorded one, bit for bit.
 #[derive(clap::Args)]
@@ -62,6 +62,12 @@ fn text(played: &Played) -> String {
         0 => format!("cut: {cut}\n"),
         more => format!("cut: {cut}; commands made and no more recorded: {more}\n"),
     });
+    let uncompared = match played.uncompared_setpoints {
+        0 => String::new(),
+        more => format!(
+            "not compared: {more} set-points to a robot elsewhere; an earlier version recorded them, which does not tell of stalls\n"
+        ),
+    };
     let verdict = match played.verdict() {
         Verdict::Exact => "exact: everything is the same in every bit\n",
         Verdict::NoCommands => "no commands: none to compare\n",
@@ -78,6 +84,6 @@ fn text(played: &Played) -> String {
     } = played;
     format!(
         "{inputs} inputs, {recorded} commands recorded, {made} made again, {same} the same in every bit; \
-         {setpoints} set-points recorded, {same_setpoints} the same in every bit\n{cut}{verdict}"
+         {setpoints} set-points recorded, {same_setpoints} the same in every bit\n{uncompared}{cut}{verdict}"
     )
 }

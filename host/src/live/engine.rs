@@ -37,6 +37,9 @@ const SEEN_WITHIN_US: u64 = 300_000;
 const LOST_AFTER_US: u64 = 1_000_000;
 /// Time between two views, microseconds.
 const SHOW_EVERY_US: u64 = 40_000;
+/// After a view that took long everything else has so many times as long: foretelling at a movement's begin takes longer than
+/// the time between two views, and what waits then would never be taken.
+const VIEW_SHARE: u64 = 3;
 /// Messages that are kept to be seen.
 const MESSAGES: usize = 30;
 /// Movements that are kept to be seen.
@@ -88,7 +91,10 @@ pub struct Engine {
     pub(super) traces: Traces,
     pub(super) history: Vec<Option<String>>,
     pub(super) messages: Vec<Message>,
-    shown_us: u64,
+    /// The next view is due then.
+    view_due_us: u64,
+    /// When the last view was begun, until the next moment tells how long it took.
+    shown_us: Option<u64>,
     moved: Moved,
 }
 
@@ -141,7 +147,8 @@ impl Engine {
             traces: Traces::default(),
             history: Vec::new(),
             messages: Vec::new(),
-            shown_us: 0,
+            view_due_us: SHOW_EVERY_US,
+            shown_us: None,
             moved: Moved::default(),
         })
     }
@@ -185,6 +192,16 @@ impl Engine {
         while let Some((at_us, input)) = world.next() {
             let now_us = at_us.max(self.now_us);
             self.now_us = now_us;
+            if let Some(shown_us) = self.shown_us.take() {
+                let rest_us = VIEW_SHARE.saturating_mul(now_us - shown_us);
+                self.view_due_us = (shown_us + SHOW_EVERY_US).max(now_us.saturating_add(rest_us));
+            }
+            if let Some(Input::Stalled { since_us }) = input {
+                world.took(now_us, &Input::Stalled { since_us });
+                // The robot is told of it at the next moment, as any other.
+                self.follow.stalled(since_us, now_us);
+                continue;
+            }
             if self.follow.advance(now_us) {
                 world.set(now_us, &self.follow.setpoint(), self.follow.gate.state());
             }
@@ -195,8 +212,8 @@ impl Engine {
                 self.routine(session.as_ref(), world);
                 changed
             });
-            if now_us >= self.shown_us + SHOW_EVERY_US {
-                self.shown_us = now_us;
+            if now_us >= self.view_due_us {
+                self.shown_us = Some(now_us);
                 let view = self.view(session.as_mut());
                 world.show(&view);
             }
@@ -225,6 +242,8 @@ impl Engine {
                 return std::mem::take(&mut self.reframed);
             }
             Input::Learnt(outcome) => return self.learnt(outcome, world),
+            // Nothing but the robot's time knows of it.
+            Input::Stalled { .. } => {}
         }
         false
     }

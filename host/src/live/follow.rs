@@ -14,8 +14,30 @@ const LONGEST_STALL_US: u64 = 60_000_000;
 /// A robot elsewhere was not told anything in a stall: making up for it would be a jump. From this on, microseconds, a stall
 /// counts as one period of the gate, which knows how long that may be.
 const LONGEST_GAP_US: u64 = 5_000;
+/// The jump of a robot elsewhere has this bound also in a world that told of no stall, microseconds: above the time between two
+/// entries of a recording, whose moments between them are lost.
+const LONGEST_UNTOLD_US: u64 = 50_000;
 /// A real robot that has not told where it is for so long is nowhere, microseconds.
 const TELLS_WITHIN_US: u64 = 500_000;
+
+/// Whether so long between two moments of a running program is a stall: the gate leaves it out, and [`Input::Stalled`] is to
+/// tell so.
+///
+/// [`Input::Stalled`]: super::input::Input::Stalled
+#[must_use]
+pub fn is_stall(elsewhere: bool, since_us: u64, now_us: u64) -> bool {
+    let longest_us = if elsewhere {
+        LONGEST_GAP_US
+    } else {
+        LONGEST_STALL_US
+    };
+    on_grid(now_us).saturating_sub(on_grid(since_us)) > longest_us
+}
+
+/// The last step of the gate that is due by then.
+fn on_grid(us: u64) -> u64 {
+    us - us % PERIOD_US
+}
 
 /// The robot that follows.
 #[derive(Debug)]
@@ -53,24 +75,25 @@ impl Follow {
         })
     }
 
-    /// Steps up to `now_us`; whether there was a step.
+    /// Steps up to `now_us`; whether there was a step. Only steps count, not the moments: a replay has fewer of them.
     pub(super) fn advance(&mut self, now_us: u64) -> bool {
-        let due_us = now_us - now_us % PERIOD_US;
+        let due_us = on_grid(now_us);
         if due_us <= self.stepped_us {
             return false;
         }
         let longest_us = match self.body {
             Body::Simulated(_) => LONGEST_STALL_US,
-            Body::External => LONGEST_GAP_US,
+            Body::External => LONGEST_UNTOLD_US,
         };
         if due_us - self.stepped_us > longest_us {
             self.stepped_us = due_us - PERIOD_US;
         }
-        if matches!(self.body, Body::External) && self.position_m(now_us).is_none() {
-            self.gate.lose_robot();
-        }
         while self.stepped_us < due_us {
             self.stepped_us += PERIOD_US;
+            let elsewhere = matches!(self.body, Body::External);
+            if elsewhere && self.position_m(self.stepped_us).is_none() {
+                self.gate.lose_robot();
+            }
             let setpoint = self.gate.tick(self.stepped_us);
             if let Body::Simulated(robot) = &mut self.body {
                 // The gate's set-points are finite; the arm stays where it is under any other.
@@ -78,6 +101,13 @@ impl Follow {
             }
         }
         true
+    }
+
+    /// Nothing happened from `since_us` to `now_us`: of the steps between only the last is left to do.
+    pub(super) fn stalled(&mut self, since_us: u64, now_us: u64) {
+        self.advance(since_us.min(now_us));
+        let last_us = on_grid(now_us).saturating_sub(PERIOD_US);
+        self.stepped_us = self.stepped_us.max(last_us);
     }
 
     pub(super) fn setpoint(&self) -> Setpoint {
@@ -255,6 +285,8 @@ mod tests {
         for stall_us in [6_000, 50_000, 350_000, 59_000_000] {
             let (mut follow, mut now_us) = following();
             let before = follow.setpoint();
+            assert!(is_stall(true, now_us, now_us + stall_us));
+            follow.stalled(now_us, now_us + stall_us);
             now_us += stall_us;
             follow.told(now_us, AT_M);
             follow.offer(&far(now_us, 1_000), now_us);
@@ -268,6 +300,51 @@ mod tests {
                 assert!(step.abs() <= 30.0 + 1e-9, "{stall_us} us: {step} N/m");
             }
         }
+    }
+
+    #[test]
+    fn a_stall_that_nobody_told_of_is_a_small_jump() {
+        let (mut follow, mut now_us) = following();
+        let before = follow.setpoint();
+        now_us += 350_000;
+        follow.told(now_us, AT_M);
+        follow.offer(&far(now_us, 1_000), now_us);
+        follow.advance(now_us);
+        let after = follow.setpoint();
+        let way_m = (0..3).map(|i| (after.position_m[i] - before.position_m[i]).powi(2));
+        assert!(way_m.sum::<f64>().sqrt() <= 0.010 + 1e-9);
+    }
+
+    /// Advanced at every millisecond or in strides, with the same stall: the same in every bit.
+    #[test]
+    fn the_moments_between_what_happens_change_nothing() {
+        let run = |stride_ms: u64| {
+            let (mut follow, begin_us) = following();
+            let mut after = Vec::new();
+            for ms in 1..=700_u64 {
+                let now_us = begin_us + 1_000 * ms + 300;
+                // The stall, and what came before it that a replay does not know of.
+                if ms == 57 {
+                    follow.stalled(now_us - 20_000, now_us);
+                }
+                if (38..57).contains(&ms) {
+                    continue;
+                }
+                if ms % stride_ms == 0 {
+                    follow.advance(now_us);
+                }
+                if ms % 12 == 0 {
+                    follow.advance(now_us);
+                    follow.offer(&far(now_us, 200 + u32::try_from(ms).unwrap()), now_us);
+                    after.push((follow.setpoint(), follow.gate.state()));
+                }
+            }
+            (after, follow.gate.state())
+        };
+        let every = run(1);
+        assert_eq!(every.1, State::Disarmed(Cause::RobotSilent));
+        assert_eq!(run(12), every);
+        assert_eq!(run(5), every);
     }
 
     #[test]

@@ -31,6 +31,11 @@ pub enum Input {
     Act(Act),
     /// Learning ended: skills as their file has them, or why there is none.
     Learnt(Result<Vec<u8>, String>),
+    /// The program stalled: nothing happened from then until now, and the robot was told nothing.
+    Stalled {
+        /// Session time of the last moment before, microseconds.
+        since_us: u64,
+    },
 }
 
 /// How the wearable's link fares.

@@ -24,7 +24,7 @@ mod world;
 pub use acts::LearnJob;
 pub use config::EngineConfig;
 pub use engine::{Engine, EngineError};
-pub use follow::{Body, BodyError, simulated};
+pub use follow::{Body, BodyError, is_stall, simulated};
 
 pub use crate::calibration::{CalibrationResult, Estimate, Person, Profile, StepView};
 pub use input::{Act, HandSeen, Input, LinkEvent, RobotSeen, Timed, TrackerEvent};

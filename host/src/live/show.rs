@@ -210,7 +210,7 @@ impl Engine {
             robot: self.config.robot.clone(),
             state: state.to_owned(),
             reason: reason.to_owned(),
-            can_arm: self.follow.gate.may_arm(self.now_us),
+            can_arm: self.follow.gate.may_arm(self.now_us) && self.unfollowable().is_none(),
             position_m: (self.follow.position_m(self.now_us)).unwrap_or(setpoint.position_m),
             joints_m: self.follow.joints_m(),
             setpoint_m: setpoint.position_m,

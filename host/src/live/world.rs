@@ -15,7 +15,8 @@ use crate::robot::limits::Setpoint;
 
 /// What surrounds the engine. Live it is devices, a file and a page; in a replay, a file.
 pub trait World {
-    /// The next moment: its time and what happened, or only that time passed; none ends the run. Times never fall.
+    /// The next moment: its time and what happened, or only that time passed; none ends the run. Times never fall. Where
+    /// moments of a running program lie too far apart ([`super::is_stall`]), the later one is an [`Input::Stalled`].
     fn next(&mut self) -> Option<(u64, Option<Input>)>;
     /// An input is taken at this time, which is not before that of the one before: what a recording keeps.
     fn took(&mut self, at_us: u64, input: &Input);

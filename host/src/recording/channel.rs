@@ -25,6 +25,7 @@ pub(super) enum Channel {
     Act,
     Learnt,
     NotLearnt,
+    Stalled,
     Command,
     Setpoint,
     Recognition,
@@ -32,7 +33,7 @@ pub(super) enum Channel {
 }
 
 impl Channel {
-    pub(super) const ALL: [Self; 13] = [
+    pub(super) const ALL: [Self; 14] = [
         Self::Link,
         Self::Frame,
         Self::Tracker,
@@ -42,6 +43,7 @@ impl Channel {
         Self::Act,
         Self::Learnt,
         Self::NotLearnt,
+        Self::Stalled,
         Self::Command,
         Self::Setpoint,
         Self::Recognition,
@@ -60,6 +62,7 @@ impl Channel {
             Self::Act => "/person/act",
             Self::Learnt => "/model/learnt",
             Self::NotLearnt => "/model/not_learnt",
+            Self::Stalled => "/program/stalled",
             Self::Command => "/robot/command",
             Self::Setpoint => "/robot/setpoint",
             Self::Recognition => "/model/recognition",
@@ -99,6 +102,10 @@ impl Channel {
             Self::NotLearnt => (
                 "tonus.NotLearnt",
                 object(json!({ "reason": { "type": "string" } })),
+            ),
+            Self::Stalled => (
+                "tonus.Stalled",
+                object(json!({ "since_us": { "type": "integer", "minimum": 0 } })),
             ),
             Self::Command => ("tonus.Command", command()),
             Self::Setpoint => ("tonus.Setpoint", setpoint()),

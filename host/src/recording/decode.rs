@@ -57,6 +57,9 @@ pub(super) fn decode(channel: Channel, at_us: u64, bytes: &[u8]) -> Result<Entry
             let value: Value = parse(bytes)?;
             Input::Learnt(Err(text(&value, "reason")?.to_owned()))
         }
+        Channel::Stalled => Input::Stalled {
+            since_us: whole(&parse(bytes)?, "since_us")?,
+        },
     };
     Ok(Entry::Input(Timed { at_us, input }))
 }

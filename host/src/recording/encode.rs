@@ -41,6 +41,7 @@ fn input(input: Input) -> Option<(Channel, Vec<u8>)> {
         Input::Act(act) => (Channel::Act, exactly(&act)?),
         Input::Learnt(Ok(model)) => (Channel::Learnt, model),
         Input::Learnt(Err(reason)) => (Channel::NotLearnt, text(json!({ "reason": reason }))),
+        Input::Stalled { since_us } => (Channel::Stalled, text(json!({ "since_us": since_us }))),
     })
 }
 

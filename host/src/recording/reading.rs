@@ -88,6 +88,14 @@ impl Reading {
         &self.opening
     }
 
+    /// Whether the program that wrote this tells of its stalls; known once the first entry was read.
+    #[must_use]
+    pub fn tells_of_stalls(&self) -> bool {
+        self.channels
+            .values()
+            .any(|channel| *channel == Channel::Stalled)
+    }
+
     /// How the file ends, once all was read.
     #[must_use]
     pub fn end(&self) -> Option<End> {

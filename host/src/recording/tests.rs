@@ -57,7 +57,7 @@ fn bytes(random: &mut ChaCha8Rng, longest: usize) -> Vec<u8> {
 }
 
 fn input(random: &mut ChaCha8Rng) -> Input {
-    match random.random_range(0..10) {
+    match random.random_range(0..11) {
         0 => Input::Link(LinkEvent::Up {
             name: "Tönus \"1\"\n".to_owned(),
             mtu: random.random_bool(0.5).then_some(247),
@@ -86,6 +86,9 @@ fn input(random: &mut ChaCha8Rng) -> Input {
         }),
         7 => Input::Learnt(Ok(bytes(random, 3000))),
         8 => Input::Learnt(Err("too few demonstrations".to_owned())),
+        9 => Input::Stalled {
+            since_us: random.next_u64(),
+        },
         _ => Input::Frame(bytes(random, 250)),
     }
 }

@@ -66,6 +66,6 @@ fn moved(timed: Timed, due_us: u64) -> Option<Input> {
             measured_us: moved_us(robot.measured_us),
             ..robot
         })),
-        Input::Act(_) | Input::Learnt(_) => None,
+        Input::Act(_) | Input::Learnt(_) | Input::Stalled { .. } => None,
     }
 }

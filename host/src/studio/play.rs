@@ -28,11 +28,13 @@ pub struct Played {
     pub same: u64,
     /// Commands of the last input of a recording that was cut, which it holds no more: there is nothing to compare them with.
     pub unrecorded: u64,
-    /// Set-points that it holds and that were compared. Those to a robot elsewhere are not: where the program stalled, its gate
-    /// leaves time out, and no recording says when.
+    /// Set-points that it holds and that were compared.
     pub setpoints: u64,
     /// Of these, the same in every bit as one that the gate told at that time, in the same state.
     pub same_setpoints: u64,
+    /// Set-points that were not compared: those to a robot elsewhere in a recording that does not tell where the program
+    /// stalled, for which the gate leaves time out.
+    pub uncompared_setpoints: u64,
     /// Session time of the first that differs, microseconds.
     pub first_different_us: Option<u64>,
     /// Where the recording was cut, if it was: everything before it was played.
@@ -262,7 +264,9 @@ impl<Watch: FnMut(&View)> World for Replayed<Watch> {
                     setpoint,
                     state,
                 }) => {
-                    if !self.elsewhere {
+                    if self.elsewhere && !self.entries.tells_of_stalls() {
+                        self.played.uncompared_setpoints += 1;
+                    } else {
                         self.played.setpoints += 1;
                         self.due_setpoints.push_back((at_us, setpoint, state));
                     }

@@ -16,7 +16,7 @@ use crate::library::Library;
 use crate::link::ble::Passkeys;
 use crate::live::{
     Act, Frames, Injector, Input, Inputs, LearnJob, PasskeyView, Plug, Request, RobotSeen, View,
-    World,
+    World, is_stall,
 };
 use crate::page::Page;
 use crate::recording::{Entry, Recorder};
@@ -55,6 +55,10 @@ pub struct Real {
     learnt: Learnt,
     /// Why learning did not begin, until the engine is told.
     unlearnt: Option<String>,
+    /// The last moment, session time, microseconds.
+    moment_us: u64,
+    /// What comes after a stall that is told of first.
+    after_stall: VecDeque<(u64, Option<Input>)>,
     /// There are no more inputs.
     ended: bool,
     /// The wearable is told something at the end.
@@ -133,6 +137,8 @@ impl Real {
             acts: VecDeque::new(),
             learnt: Learnt::default(),
             unlearnt: None,
+            moment_us: 0,
+            after_stall: VecDeque::new(),
             ended: false,
             parting: false,
             passkeys: parts.passkeys,
@@ -171,28 +177,8 @@ impl Real {
         told || self.stop.load(Ordering::Relaxed) || self.end_us.is_some_and(|end| now_us >= end)
     }
 
-    fn note(&self, entry: Entry) {
-        if let Some(recorder) = &self.recorder {
-            recorder.note(entry);
-        }
-    }
-}
-
-/// What learning gives, or why not: a failure of the program itself must not leave the engine waiting for ever.
-fn surviving(learn: impl FnOnce() -> Result<Vec<u8>, String>) -> Result<Vec<u8>, String> {
-    // What a failure leaves half done is dropped with it.
-    catch_unwind(AssertUnwindSafe(learn)).unwrap_or_else(|cause| {
-        let text = cause.downcast_ref::<String>().map(String::as_str);
-        let text = text.or_else(|| cause.downcast_ref::<&str>().copied());
-        Err(format!(
-            "learning failed inside ({}): a fault of the program, please report it with the recording",
-            text.unwrap_or("no cause told")
-        ))
-    })
-}
-
-impl World for Real {
-    fn next(&mut self) -> Option<(u64, Option<Input>)> {
+    /// What happens next, as [`World::next`], which tells of stalls.
+    fn moment(&mut self) -> Option<(u64, Option<Input>)> {
         let now_us = self.inputs.now_us();
         if self.over(now_us) {
             self.ended = true;
@@ -201,6 +187,9 @@ impl World for Real {
         // Before all that waits.
         if self.disarm.swap(false, Ordering::Relaxed) {
             return Some((now_us, Some(Input::Act(Act::Disarm))));
+        }
+        if let Some(moment) = self.after_stall.pop_front() {
+            return Some(moment);
         }
         if let Some(told) = self.robot.as_mut().and_then(|robot| robot.heard(now_us)) {
             let seen = RobotSeen {
@@ -226,6 +215,39 @@ impl World for Real {
             Some((at_us, input)) => Some((at_us, Some(input))),
             None => Some((now_us, None)),
         }
+    }
+
+    fn note(&self, entry: Entry) {
+        if let Some(recorder) = &self.recorder {
+            recorder.note(entry);
+        }
+    }
+}
+
+/// What learning gives, or why not: a failure of the program itself must not leave the engine waiting for ever.
+fn surviving(learn: impl FnOnce() -> Result<Vec<u8>, String>) -> Result<Vec<u8>, String> {
+    // What a failure leaves half done is dropped with it.
+    catch_unwind(AssertUnwindSafe(learn)).unwrap_or_else(|cause| {
+        let text = cause.downcast_ref::<String>().map(String::as_str);
+        let text = text.or_else(|| cause.downcast_ref::<&str>().copied());
+        Err(format!(
+            "learning failed inside ({}): a fault of the program, please report it with the recording",
+            text.unwrap_or("no cause told")
+        ))
+    })
+}
+
+impl World for Real {
+    fn next(&mut self) -> Option<(u64, Option<Input>)> {
+        let (at_us, input) = self.moment()?;
+        let since_us = self.moment_us;
+        self.moment_us = since_us.max(at_us);
+        if !is_stall(self.robot.is_some(), since_us, at_us) {
+            return Some((at_us, input));
+        }
+        // It waits until the robot's time has passed over the stall; disarming goes before what waits already.
+        self.after_stall.push_front((at_us, input));
+        Some((at_us, Some(Input::Stalled { since_us })))
     }
 
     fn took(&mut self, at_us: u64, input: &Input) {
@@ -410,6 +432,55 @@ mod tests {
         let next = |real: &mut Real| real.next().unwrap().1;
         assert_eq!(next(&mut real), Some(Input::Act(Act::Disarm)));
         assert_eq!(next(&mut real), Some(Input::Hand(None)));
+    }
+
+    #[test]
+    fn a_robot_elsewhere_is_spared_what_a_stall_left_out() {
+        let stall = || std::thread::sleep(Duration::from_millis(30));
+        let controller = UdpSocket::bind("127.0.0.1:0").unwrap();
+        let robot = UdpRobot::open(controller.local_addr().unwrap(), 200.0).unwrap();
+        let (mut elsewhere, port) = real(Some(robot));
+        let stalled = |real: &mut Real| {
+            let (at_us, input) = real.next().unwrap();
+            let Some(Input::Stalled { since_us }) = input else {
+                panic!("{input:?}");
+            };
+            assert!(since_us + 30_000 <= at_us);
+            at_us
+        };
+        port.input(Input::Hand(None));
+        stall();
+        let at_us = stalled(&mut elsewhere);
+        // Disarming passes what waits also where the program stalls once more.
+        elsewhere.disarm.store(true, Ordering::Relaxed);
+        stall();
+        assert!(stalled(&mut elsewhere) >= at_us + 30_000);
+        let next = |real: &mut Real| real.next().unwrap().1;
+        assert_eq!(next(&mut elsewhere), Some(Input::Act(Act::Disarm)));
+        assert_eq!(next(&mut elsewhere), Some(Input::Hand(None)));
+        // The simulated arm's time goes on.
+        let (mut simulated, _port) = real(None);
+        stall();
+        assert_eq!(next(&mut simulated), None);
+    }
+
+    #[test]
+    fn what_the_wearable_is_told_last_goes_out_before_its_source_ends() {
+        let (mut real, port) = real(None);
+        real.stop.store(true, Ordering::Relaxed);
+        assert!(real.next().is_none());
+        // The levels of before, as the engine sends them when it leaves.
+        real.ask(0, Request::Frame(vec![7]));
+        let source = std::thread::spawn(move || {
+            let mut got = None;
+            while !port.stopping() {
+                std::thread::sleep(Duration::from_millis(20));
+                got = got.or_else(|| port.request(Duration::ZERO));
+            }
+            got
+        });
+        let _left = real.finish();
+        assert_eq!(source.join().unwrap(), Some(Request::Frame(vec![7])));
     }
 
     #[test]

@@ -59,7 +59,7 @@ pub(crate) fn plays_as_far_as_it_goes(file: &Path) {
 }
 
 /// The same recording, in whose midst one number is another one.
-fn changed(file: &Path, topic: &[u8]) -> PathBuf {
+pub(crate) fn changed(file: &Path, topic: &[u8]) -> PathBuf {
     let reading = Reading::open(file).unwrap();
     let to = file.with_extension("changed.mcap");
     let _none = std::fs::remove_file(&to);

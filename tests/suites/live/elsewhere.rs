@@ -22,10 +22,10 @@ use tonus::studio::run::{Plan, run};
 const STANDS_M: [f64; 3] = [0.55, 0.15, 0.3];
 
 /// What a controller heard, and when.
-type Heard = Arc<Mutex<Vec<(Instant, Value)>>>;
+pub(crate) type Heard = Arc<Mutex<Vec<(Instant, Value)>>>;
 
 /// A controller that follows what may be followed and says where it is while `talks`.
-fn controller(heard: Heard, talks: Arc<AtomicBool>, over: Receiver<()>) -> u16 {
+pub(crate) fn controller(heard: Heard, talks: Arc<AtomicBool>, over: Receiver<()>) -> u16 {
     let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
     let port = socket.local_addr().unwrap().port();
     socket
@@ -97,7 +97,7 @@ impl Hands for Person {
     }
 }
 
-fn plan(config: Config, person: Person, stop: Arc<AtomicBool>) -> Plan {
+pub(crate) fn plan(config: Config, person: impl Hands + 'static, stop: Arc<AtomicBool>) -> Plan {
     Plan {
         config,
         link: LinkChoice::Simulated,

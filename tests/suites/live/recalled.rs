@@ -28,7 +28,7 @@ impl Someone for Measured {
     }
 }
 
-fn profile(seed: u64) -> Profile {
+pub(crate) fn profile(seed: u64) -> Profile {
     let person = Person {
         name: "Zoë, left".to_owned(),
         body_mass_kg: 75.0,

@@ -93,6 +93,34 @@ pub fn measures(calibration: &Calibration) -> bool {
     calibration.revision == 0 && used > 0 && levels.all(|level| level == wanted)
 }
 
+/// Whether a wearable works with levels or an arm that were measured on nobody and are not the illustrative ones either: nobody
+/// knows what they are.
+#[must_use]
+pub fn unknown(calibration: &Calibration) -> bool {
+    let illustrative = illustrative([Muscle::Other; 1], 0);
+    let used = usize::from(calibration.channels).min(MAX_CHANNELS);
+    let as_told =
+        |levels: &[f32], told: f32| (levels.iter()).all(|level| level.to_bits() == told.to_bits());
+    let levels = as_told(&calibration.rest_v[..used], illustrative.rest_v[0])
+        && as_told(&calibration.mvc_v[..used], illustrative.mvc_v[0]);
+    let arm = |calibration: &Calibration| {
+        let [a, b, c, d] = calibration.rest_stiffness_nm_per_rad;
+        let (mass_kg, height_m) = (calibration.body_mass_kg, calibration.body_height_m);
+        let all = [
+            calibration.l1,
+            calibration.l2,
+            a,
+            b,
+            c,
+            d,
+            mass_kg,
+            height_m,
+        ];
+        all.map(f32::to_bits)
+    };
+    calibration.revision == 0 && !(levels && arm(calibration) == arm(&illustrative))
+}
+
 /// The person on this wearable, with levels to measure by and an illustrative arm.
 #[allow(clippy::cast_possible_truncation, reason = "the packet carries f32")]
 pub(super) fn base(person: &Person, muscles: &[Muscle], semg_hz: f32) -> Calibration {

@@ -18,6 +18,7 @@ struct Counts {
     robot: u64,
     acts: u64,
     learnt: u64,
+    stalls: u64,
     links: u64,
     commands: u64,
     setpoints: u64,
@@ -35,6 +36,7 @@ impl Counts {
                 Input::Robot(_) => &mut self.robot,
                 Input::Act(_) => &mut self.acts,
                 Input::Learnt(_) => &mut self.learnt,
+                Input::Stalled { .. } => &mut self.stalls,
                 Input::Link(_) | Input::Tracker(_) => &mut self.links,
             },
             Entry::Command { .. } => &mut self.commands,
@@ -45,7 +47,7 @@ impl Counts {
         *counter += 1;
     }
 
-    fn all(&self) -> [(&'static str, u64); 11] {
+    fn all(&self) -> [(&'static str, u64); 12] {
         [
             ("frames", self.frames),
             ("hands", self.hands),
@@ -53,6 +55,7 @@ impl Counts {
             ("robot positions", self.robot),
             ("acts", self.acts),
             ("models learnt or not", self.learnt),
+            ("stalls of the program", self.stalls),
             ("changes of a link", self.links),
             ("commands", self.commands),
             ("set-points", self.setpoints),
