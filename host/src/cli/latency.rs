@@ -11,8 +11,9 @@ use anyhow::{Context, bail};
 use serde_json::json;
 use tonus::config::Config;
 use tonus::demo::{self, DemoConfig};
-use tonus::live::{LatencyView, View};
+use tonus::live::{Act, LatencyView, View};
 use tonus::source::LinkChoice;
+use tonus::studio::hands::Hands;
 use tonus::studio::keep::Keeper;
 use tonus::studio::run::{Plan, run};
 use tungstenite::client::IntoClientRequest;
@@ -62,7 +63,7 @@ impl LatencyArgs {
         let plan = Plan {
             config,
             link: LinkChoice::Simulated,
-            hands: None,
+            hands: Some(Box::new(Moves::new(library.model.labels()))),
             ends_with_hands: false,
             seconds: Some(self.seconds),
             record: None,
@@ -115,6 +116,48 @@ impl LatencyArgs {
             );
         }
         Ok(())
+    }
+}
+
+/// A movement is asked for so often, microseconds: half of the time the person moves.
+const MOVE_EVERY_US: u64 = 6_000_000;
+
+/// Arms the simulated robot and has the person move again and again: recognition costs most in a movement.
+struct Moves {
+    labels: Vec<String>,
+    asked: usize,
+    asked_us: u64,
+}
+
+impl Moves {
+    fn new(labels: &[String]) -> Self {
+        Self {
+            labels: labels.to_vec(),
+            asked: 0,
+            asked_us: 0,
+        }
+    }
+}
+
+impl Hands for Moves {
+    fn look(&mut self, view: &View) -> Vec<Act> {
+        let mut acts = Vec::new();
+        if view.robot.state == "disarmed" && view.robot.can_arm {
+            acts.push(Act::Arm);
+        }
+        if view.at_us >= self.asked_us + MOVE_EVERY_US
+            && let Some(label) = self.labels.iter().cycle().nth(self.asked)
+        {
+            self.asked_us = view.at_us;
+            self.asked += 1;
+            let label = label.clone();
+            acts.push(Act::Ask { label });
+        }
+        acts
+    }
+
+    fn over(&self) -> bool {
+        false
     }
 }
 
