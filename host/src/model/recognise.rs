@@ -147,11 +147,11 @@ impl<'m> Recogniser<'m> {
             .model
             .expected(&trajectory, dof, phase, &mut self.scratch)?;
         // A duration of one makes the velocity one per unit of phase.
-        let slope = trajectory.moments(&Row::velocity(dof, phase, 1.0), &mut self.scratch)?;
+        let slope = trajectory.mean(&Row::velocity(dof, phase, 1.0), &mut self.scratch)?;
         Ok(Prediction {
             mean,
             std,
-            rate: signal.decode_rate(mean, slope.mean),
+            rate: signal.decode_rate(mean, slope),
         })
     }
 

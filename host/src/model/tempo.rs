@@ -275,7 +275,7 @@ impl<'m> TempoRecogniser<'m> {
                 .model
                 .expected(&trajectory, dof, phase, &mut self.scratch)?;
             let row = Row::velocity(dof, phase, hypothesis.duration_s);
-            let slope = trajectory.moments(&row, &mut self.scratch)?.mean;
+            let slope = trajectory.mean(&row, &mut self.scratch)?;
             let rate = if hypothesis.moving(time_s) {
                 signal.decode_rate(mean, slope)
             } else {

@@ -85,9 +85,7 @@ impl<T: Real, B: AsRef<[T]>> Belief<T, B> {
     /// observations' own units): Gaussian, or of the Student-t whose degrees of freedom the skill states.
     #[must_use]
     pub fn log_likelihood(&self) -> T {
-        let header = self.storage.as_ref();
-        self.prior_freedom()
-            .map_or(header[LOG_LIKELIHOOD], |_| evidence::log_density(header))
+        self.storage.as_ref()[LOG_LIKELIHOOD]
     }
 
     /// How many numbers were observed since the start, `k` (a whole number).

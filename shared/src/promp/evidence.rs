@@ -7,7 +7,8 @@ use crate::Real;
 pub(super) const FREEDOM: usize = 0;
 /// The largest prior standard deviation of a latent coordinate.
 pub(super) const SPREAD: usize = 1;
-/// Log-likelihood under the Gaussian.
+/// Log-likelihood under the skill: the Gaussian's, or the Student-t's density, which is asked for far more often than it
+/// changes.
 pub(super) const LOG_LIKELIHOOD: usize = 2;
 /// Squared Mahalanobis distance, `m^2`.
 pub(super) const MAHALANOBIS: usize = 3;
@@ -36,11 +37,15 @@ const STIRLING_FROM: f64 = 15.0;
 pub(super) fn accumulate<T: Real>(header: &mut [T]) {
     let (residual, log_alpha) = (header[RESIDUAL], header[LOG_ALPHA]);
     let distance = residual * residual;
-    header[LOG_LIKELIHOOD] -= T::of(0.5) * (distance - log_alpha + T::of(LN_TWO_PI));
     header[MAHALANOBIS] += distance;
     header[LOG_DETERMINANT] -= log_alpha;
     header[COUNT] += T::one();
     header[REACH] += header[SPREAD] * residual.abs();
+    if header[FREEDOM] > T::zero() {
+        header[LOG_LIKELIHOOD] = log_density(header);
+    } else {
+        header[LOG_LIKELIHOOD] -= T::of(0.5) * (distance - log_alpha + T::of(LN_TWO_PI));
+    }
 }
 
 /// Whether the scalar will hold everything after the prepared update: twice the log-likelihood, so that a log
@@ -48,12 +53,13 @@ pub(super) fn accumulate<T: Real>(header: &mut [T]) {
 /// and every coordinate of the mean, none of which moves by more than its standard deviation times the
 /// residual's `e sqrt(alpha)`.
 pub(super) fn bounded<T: Real>(header: &[T]) -> bool {
-    let mut after = [T::zero(); HEADER];
-    after.copy_from_slice(header);
-    accumulate(&mut after);
-    let twice = |index: usize| after[index] + after[index];
-    let share = after[MAHALANOBIS] / (after[FREEDOM] - T::of(2.0));
-    twice(LOG_LIKELIHOOD).is_finite() && twice(REACH).is_finite() && share.is_finite()
+    let (residual, log_alpha) = (header[RESIDUAL], header[LOG_ALPHA]);
+    let distance = header[MAHALANOBIS] + residual * residual;
+    let determinant = header[LOG_DETERMINANT] - log_alpha;
+    let volume = (header[COUNT] + T::one()) * T::of(LN_TWO_PI) + determinant;
+    let reach = header[REACH] + header[SPREAD] * residual.abs();
+    let share = distance / (header[FREEDOM] - T::of(2.0));
+    (distance + volume).is_finite() && (reach + reach).is_finite() && share.is_finite()
 }
 
 /// Joint log density of the observations under the Student-t with the Gaussian's mean and covariance,
@@ -62,7 +68,7 @@ pub(super) fn bounded<T: Real>(header: &[T]) -> bool {
 /// ```text
 /// ln G(a + h) - ln G(a) - h ln(a - 1) - (k ln 2 pi + ln det) / 2 - (a + h) ln(1 + m^2 / (nu - 2))
 /// ```
-pub(super) fn log_density<T: Real>(header: &[T]) -> T {
+fn log_density<T: Real>(header: &[T]) -> T {
     let (freedom, count) = (header[FREEDOM], header[COUNT]);
     let half = T::of(0.5);
     let (a, h) = (half * freedom, half * count);

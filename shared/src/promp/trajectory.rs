@@ -117,6 +117,18 @@ impl<'a, T: Real> Trajectory<'a, T> {
         Ok(Moments { mean, variance })
     }
 
+    /// The mean of a row alone, as [`Trajectory::moments`] gives it. Cost: `(K + 1) r` multiply-adds and the basis.
+    ///
+    /// # Errors
+    /// As [`Trajectory::moments`].
+    pub fn mean(&self, row: &Row<T>, scratch: &mut [T]) -> Result<T, RowError> {
+        let [psi, a, _, _] = self.split(scratch)?;
+        self.skill.row(&self.latent, row, psi, a)?;
+        let mean = self.mean_of(row, psi, a)?;
+        row.bounded(mean.is_finite())?;
+        Ok(mean)
+    }
+
     /// Mean and variance of every DoF at every one of `phases`, DoF by DoF: `out[d * phases.len() + i]`, as
     /// [`Trajectory::moments`] gives them but for rounding. The basis is evaluated once for each phase
     /// and the root multiplied once for each DoF: `D K r (r + 5) / 2` multiply-adds, and at most `K (r + 1) + r` more for
@@ -246,6 +258,10 @@ impl<'a, T: Real> Trajectory<'a, T> {
             Some(root) => project(root, a, f),
             None => f.copy_from_slice(a),
         }
+        self.mean_of(row, psi, a)
+    }
+
+    fn mean_of(&self, row: &Row<T>, psi: &[T], a: &[T]) -> Result<T, RowError> {
         let offset = self.skill.offset(self.latent.basis(), row, psi)?;
         Ok(self.mean.map_or(offset, |z| offset + dot(a, z)))
     }

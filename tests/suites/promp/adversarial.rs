@@ -106,6 +106,7 @@ fn sound<T: Real>(mixture: &Mixture<'_, T, Vec<T>>, shape: &Shape) {
         if let Ok(moments) = trajectory.moments(&row, &mut scratch) {
             assert!(moments.mean.is_finite());
             assert!(moments.variance.is_finite() && moments.variance >= T::zero());
+            assert_eq!(trajectory.mean(&row, &mut scratch), Ok(moments.mean));
         }
     }
 }
