@@ -12,11 +12,13 @@ use tonus::library::Library;
 use tonus::link::ble::{AskPasskey, PASSKEY_WITHIN, passkey};
 use tonus::live::View;
 use tonus::source::LinkChoice;
+use tonus::studio::follows::Follows;
 use tonus::studio::hands::Hands;
 use tonus::studio::keep::{self, Keeper};
 use tonus::studio::keyboard::Keyboard;
 use tonus::studio::run::{Plan, Ran, run};
 use tonus::studio::story::Story;
+use tonus::studio::terminal::Enter;
 
 use super::options::{self, positive};
 use super::progress::Progress;
@@ -29,6 +31,7 @@ const EXAMPLE: &str = "Examples:
   tonus run --link serial:/dev/ttyACM0 --robot udp:127.0.0.1:5005 --demonstrations mine.csv
   tonus run --link ble -o skills.safetensors    keeps the skills that are learnt on the page
   tonus run --link ble --model skills.safetensors
+  tonus run --link ble --model skills.safetensors --person p01 --no-page    a and Enter arms, Enter disarms
 
 The page is served to this machine alone, at the address that is printed. Ctrl-C disarms the robot, closes the
 recording and ends.";
@@ -71,7 +74,7 @@ pub(crate) struct RunArgs {
     /// Port of the page on 127.0.0.1; if it is taken, a free one [default: the configuration's].
     #[arg(long, value_name = "PORT")]
     port: Option<u16>,
-    /// Serve no page.
+    /// Serve no page. At a terminal what changes is told there; a and Enter arms, Enter disarms.
     #[arg(long)]
     no_page: bool,
     /// Send envelopes and stiffness to other programs as a stream of the lab streaming layer (needs liblsl).
@@ -148,6 +151,8 @@ impl RunArgs {
             (None, false) => Some(new_recording(&config)?),
         };
         let watched = stdin().is_terminal() && stdout().is_terminal();
+        let keyboard = Keyboard::default();
+        let hands = self.hands(&keyboard, watched && !json);
         let open = config.page.open && watched && !self.no_browser && !json;
         let stop = Arc::new(AtomicBool::new(false));
         stop_at_signal(Arc::clone(&stop))?;
@@ -173,7 +178,7 @@ impl RunArgs {
             person,
             config,
             link,
-            hands: (self.story).then(|| Box::new(Story::default()) as Box<dyn Hands>),
+            hands,
             ends_with_hands: self.story && !watched,
             seconds: self.seconds,
             record,
@@ -181,7 +186,7 @@ impl RunArgs {
             lsl: self.lsl,
             seed: self.seed,
             pace: self.pace,
-            ask_passkey: ask_passkey(Keyboard::default()),
+            ask_passkey: ask_passkey(keyboard),
             stop,
         };
         if let Some(file) = file.filter(|_| !json) {
@@ -193,6 +198,20 @@ impl RunArgs {
 }
 
 impl RunArgs {
+    /// Who acts beside the page: a simulated person, or whoever sits at the terminal where there is no page.
+    fn hands(&self, keyboard: &Keyboard, watched: bool) -> Option<Box<dyn Hands>> {
+        if self.story {
+            return Some(Box::new(Story::default()));
+        }
+        if !(self.no_page && watched) {
+            return None;
+        }
+        // Who does not read it does not need it.
+        let tell = |text: &str| _ = say(&format!("{text}\n"));
+        let enter = Enter::of(keyboard.presses());
+        Some(Box::new(Follows::new(enter, Box::new(tell))))
+    }
+
     /// No story for a real robot; and devices have their own pace, and so has whoever follows outside.
     fn check_outside(&self, config: &Config, link: &LinkChoice) -> Result<(), super::UsageError> {
         let simulated = config.robot.to == "simulated";

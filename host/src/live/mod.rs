@@ -16,6 +16,7 @@ mod restoring;
 mod show;
 mod takes;
 mod teaching;
+mod telling;
 mod trace;
 mod view;
 mod wearable;

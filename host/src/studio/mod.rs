@@ -2,6 +2,7 @@
 
 mod beside;
 pub mod doctor;
+pub mod follows;
 pub mod hands;
 pub mod keep;
 pub mod keyboard;

@@ -14,14 +14,16 @@ pub enum Pressed {
     Enter,
     /// `b` and Enter: back.
     Back,
+    /// `a` and Enter: arm.
+    Arm,
 }
 
 impl From<&str> for Pressed {
     fn from(line: &str) -> Self {
-        if line.trim().eq_ignore_ascii_case("b") {
-            Self::Back
-        } else {
-            Self::Enter
+        match line.trim() {
+            "b" | "B" => Self::Back,
+            "a" | "A" => Self::Arm,
+            _ => Self::Enter,
         }
     }
 }
@@ -43,8 +45,17 @@ impl Enter {
         Self(Some(lines))
     }
 
-    /// What was pressed since the last time, if anything; an error when nobody will ever press anything again.
+    /// As [`Enter::heard`], where nothing can be armed.
     fn pressed(&mut self) -> Result<Option<Pressed>, Gone> {
+        let heard = self.heard()?;
+        Ok(heard.map(|pressed| match pressed {
+            Pressed::Arm => Pressed::Enter,
+            other => other,
+        }))
+    }
+
+    /// What was pressed since the last time, if anything; an error when nobody will ever press anything again.
+    pub(super) fn heard(&mut self) -> Result<Option<Pressed>, Gone> {
         match self.0.as_ref().map(Receiver::try_recv) {
             None => Ok(Some(Pressed::Enter)),
             Some(Ok(pressed)) => Ok(Some(pressed)),
@@ -56,7 +67,7 @@ impl Enter {
 
 /// Nobody sits at the terminal any more.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Gone;
+pub(super) struct Gone;
 
 /// Says lines; `tonus` prints them.
 pub type Say = Box<dyn FnMut(&str)>;
@@ -137,13 +148,13 @@ impl Calibrates {
                 self.back = true;
                 Act::CalibrationBack
             }
-            Ok(Some(Pressed::Enter)) | Err(Gone) if ready => {
+            Ok(Some(_)) | Err(Gone) if ready => {
                 self.used = true;
                 Act::CalibrationUse
             }
             // There is nothing to begin where everything is measured and yet tells nothing.
-            Ok(Some(Pressed::Enter)) if step.name == "result" => return self.give_up(),
-            Ok(Some(Pressed::Enter)) => {
+            Ok(Some(_)) if step.name == "result" => return self.give_up(),
+            Ok(Some(_)) => {
                 self.back = false;
                 Act::CalibrationStep
             }

@@ -22,5 +22,6 @@ mod stalled;
 mod stamped;
 mod story;
 mod taught;
+mod terminal;
 mod waiting;
 mod world;

@@ -22,6 +22,7 @@ use tonus::studio::virtually::Someone;
 
 use crate::after::{in_real_time, plays_as_far_as_it_goes};
 use crate::taught::Teaches;
+use crate::terminal::arms_and_disarms;
 use crate::world::{config, run, run_with};
 
 /// First shoulder and robot are taught, then the story is told.
@@ -278,6 +279,7 @@ fn the_day_after(directory: &Path, profile: Profile, skills: Vec<u8>) {
     println!("the day after: {played:?}");
     assert!(played.exact() && played.recorded > 1_000, "{played:?}");
     plays_as_far_as_it_goes(&file);
+    arms_and_disarms(&kept);
     let library = Library::load(&kept).unwrap();
     in_real_time(directory, profile, library);
 }
