@@ -74,7 +74,7 @@ impl Someone for Scored {
 fn the_whole_story_plays_with_simulated_devices() {
     let (mut right, mut known, mut unknown, mut waves) = (0, 0, 0, 0);
     let full = std::env::var_os("TONUS_FULL").is_some();
-    for seed in if full { 101..=120 } else { 1..=3 } {
+    for seed in if full { 121..=140 } else { 1..=3 } {
         let devices = SimulatedConfig {
             seed,
             ..SimulatedConfig::default()
