@@ -50,9 +50,9 @@ impl UploadArgs {
         if !matches!(self.link, LinkChoice::Ble(_) | LinkChoice::Serial(_)) {
             bail!(KEPT_BY);
         }
-        let bytes = std::fs::read(&self.image)
-            .with_context(|| format!("{}: cannot be read", self.image.display()))?;
-        let upload = Upload::new(bytes).with_context(|| format!("{}", self.image.display()))?;
+        let named = || format!("{}: cannot be read", self.image.display());
+        let file = std::fs::File::open(&self.image).with_context(named)?;
+        let upload = Upload::read(file).with_context(named)?;
         let inputs = Inputs::new(SessionClock::start());
         let (port, plug) = inputs.port();
         let (within, source) = match self.link {

@@ -7,11 +7,14 @@
 //! Each request waits for its answer; the next piece begins where the answer says. After a silence, or when the link was lost,
 //! it starts over by asking, and goes on where the wearable stopped. The model in use stays until the new one is whole.
 
+use std::io::Read;
+
 use sha2::{Digest, Sha256};
 use thiserror::Error;
 use tonus_shared::image::{ImageError, ModelImage, WEARABLE};
 use tonus_shared::wire::{
-    Control, Kind, MAX_PIECE_BYTES, ModelState, ModelUpload, Packet, Refusal, Reply,
+    CRC_BYTES, Control, HEADER_BYTES, Kind, MAX_PIECE_BYTES, ModelState, ModelUpload, Packet,
+    Refusal, Reply,
 };
 
 /// An answer that did not come for so long will not come, microseconds: the longest is that to a beginning, for which twenty pages
@@ -21,8 +24,11 @@ const ANSWER_WITHIN_US: u64 = 8_000_000;
 const BUSY_US: u64 = 100_000;
 /// So many times in a row it begins anew without getting on.
 const SETBACKS: u32 = 4;
-/// Bytes of a frame around a piece, and those that an attribute write takes.
-const AROUND_PIECE: usize = 18 + 5 + 4 + 3;
+/// Bytes of a piece's frame besides the piece (step and offset, as docs/wire.md has them), and of the write that carries it
+/// (Bluetooth Core Specification, volume 3, part F, 3.4.5).
+const AROUND_PIECE: usize = HEADER_BYTES + 1 + 4 + CRC_BYTES + 3;
+/// More bytes than any wearable has flash.
+const MOST_BYTES: u64 = 1 << 20;
 
 /// Why a model does not get into the wearable. The one that it had is in use as before.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -30,6 +36,9 @@ pub enum UploadError {
     /// No model as the wearable keeps it.
     #[error("this is no model for a wearable ({0}): write one with `tonus export MODEL -o IMAGE`")]
     Image(#[from] ImageError),
+    /// Far too long.
+    #[error("it has more than {MOST_BYTES} bytes: give what `tonus export MODEL -o IMAGE` wrote")]
+    TooLong,
     /// It keeps none.
     #[error("this wearable keeps no models: only the firmware of this project does")]
     KeepsNone,
@@ -94,6 +103,19 @@ pub struct Upload {
 }
 
 impl Upload {
+    /// As [`Upload::new`], of a file or whatever else can be read; no more of it than an image may have.
+    ///
+    /// # Errors
+    /// What reading gives; [`UploadError::TooLong`] and those of [`Upload::new`] among it.
+    pub fn read(source: impl Read) -> std::io::Result<Self> {
+        let mut image = Vec::new();
+        source.take(MOST_BYTES + 1).read_to_end(&mut image)?;
+        if image.len() as u64 > MOST_BYTES {
+            return Err(std::io::Error::other(UploadError::TooLong));
+        }
+        Self::new(image).map_err(std::io::Error::other)
+    }
+
     /// Checks the image as the wearable will.
     ///
     /// # Errors
@@ -119,7 +141,8 @@ impl Upload {
         let room = mtu.map_or(MAX_PIECE_BYTES, |mtu| {
             usize::from(mtu).saturating_sub(AROUND_PIECE)
         });
-        self.piece_bytes = room.clamp(1, MAX_PIECE_BYTES);
+        // Whole words, as flash is written.
+        self.piece_bytes = (room - room % 4).clamp(4, MAX_PIECE_BYTES);
         self.start_over();
     }
 
@@ -251,10 +274,12 @@ impl Upload {
         };
         match (reply.outcome, self.step) {
             (Ok(()), Step::Begin { resume_bytes }) => self.step = from(resume_bytes),
-            (Ok(()), Step::Piece { .. }) => {
+            (Ok(()), Step::Piece { offset_bytes }) if reply.detail > offset_bytes => {
                 self.setbacks = 0;
                 self.step = from(reply.detail);
             }
+            // Taken, and yet no more of it there than before.
+            (Ok(()), Step::Piece { .. }) => self.set_back(UploadError::Changed)?,
             (Err(Refusal::WrongOffset), Step::Piece { .. }) => {
                 self.set_back(UploadError::Refused(Refusal::WrongOffset))?;
                 self.step = from(reply.detail);

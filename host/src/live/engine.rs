@@ -38,7 +38,7 @@ const SEEN_WITHIN_US: u64 = 300_000;
 const LOST_AFTER_US: u64 = 1_000_000;
 /// Time between two views, microseconds.
 const SHOW_EVERY_US: u64 = 40_000;
-/// After a view that took long everything else has so many times as long: foretelling at a movement's begin takes longer than
+/// After a view that took long everything else has so many times as long: foretelling at a movement's begin may take longer than
 /// the time between two views, and what waits then would never be taken.
 const VIEW_SHARE: u64 = 3;
 

@@ -17,7 +17,7 @@ use crate::wire::Refusal;
 use super::input::{InputError, Latest};
 
 /// The upper arm hangs if its long axis is so near the vertical: cosine of 30 degrees.
-const HANGING: f32 = 0.866;
+pub const HANGING: f32 = 0.866;
 
 /// Why the present direction was not taken for forward. What was known stands.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]

@@ -24,7 +24,7 @@ mod signal;
 
 pub use calibration::{Board, CalibrationError, illustrative};
 pub use config::{ChannelConfig, DEFAULT_ACTIVATION_WINDOW_S, PipelineConfig, PipelineError};
-pub use heading::HeadingError;
+pub use heading::{HANGING, HeadingError};
 pub use input::{Health, InputError};
 pub use schedule::STREAM_HZ;
 pub use signal::activation_weight;

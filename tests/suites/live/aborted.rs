@@ -1,12 +1,12 @@
 //! A calibration that is given up while the wearable is out of reach: its levels mean nothing until those of before are back.
 
-use tonus::live::{Act, Input, Person, View};
+use tonus::live::{Act, Input, View};
 use tonus::robot::command::Command;
 use tonus::source::simulated::{SimulatedConfig, SimulatedDevices};
 use tonus::studio::virtually::Someone;
 use tonus_shared::wire::{Calibration, Packet, decode};
 
-use crate::world::run;
+use crate::world::{run, somebody};
 
 /// Longer than the engine goes on asking for one answer, microseconds.
 const CUT_US: u64 = 20_000_000;
@@ -32,14 +32,8 @@ impl Someone for GivesUp {
         self.refused |= view.messages.iter().any(|told| told.text.contains(text));
         if !self.began {
             self.began = !self.told.is_empty() && view.semg.is_some() && !view.calibration.waiting;
-            let person = Person {
-                name: "Zoë".to_owned(),
-                body_mass_kg: 75.0,
-                body_height_m: 1.75,
-                mains_hz: None,
-            };
             return if self.began {
-                vec![Act::Calibrate(person)]
+                vec![Act::Calibrate(somebody())]
             } else {
                 Vec::new()
             };

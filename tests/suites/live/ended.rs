@@ -8,7 +8,7 @@ use std::sync::Arc;
 use tonus::calibration::Profile;
 use tonus::demo::{self, DemoConfig};
 use tonus::library::Library;
-use tonus::live::{Act, Engine, Input, Person, View, simulated};
+use tonus::live::{Act, Engine, Input, View, simulated};
 use tonus::robot::command::Command;
 use tonus::source::LinkChoice;
 use tonus::source::simulated::{SimulatedConfig, SimulatedDevices};
@@ -17,7 +17,7 @@ use tonus::studio::virtually::{Someone, Virtual};
 use tonus_shared::wire::{Calibration, Packet, decode};
 
 use crate::recalled::profile;
-use crate::world::config;
+use crate::world::{config, somebody};
 
 const LEFT: &str = "the wearable was left in the middle of a calibration";
 
@@ -68,14 +68,8 @@ impl Interrupted {
             self.began =
                 !self.seen.told[0].is_empty() && view.semg.is_some() && !view.calibration.waiting;
             self.over = self.began && self.ends == Ends::Sent;
-            let person = Person {
-                name: "Zoë".to_owned(),
-                body_mass_kg: 75.0,
-                body_height_m: 1.75,
-                mains_hz: None,
-            };
             return if self.began {
-                vec![Act::Calibrate(person)]
+                vec![Act::Calibrate(somebody())]
             } else {
                 Vec::new()
             };

@@ -1,7 +1,7 @@
 //! The wearable's attitude: of any heading at first, and of the shoulder's once the elbow was bent.
 
 use nalgebra::{Quaternion, UnitQuaternion};
-use tonus::live::{Act, Input, Person, Prompt, Request, View};
+use tonus::live::{Act, Input, Prompt, Request, View};
 use tonus::simulate::person::Arm;
 use tonus::source::simulated::{SimulatedConfig, SimulatedDevices};
 use tonus::studio::hands::Hands;
@@ -9,7 +9,7 @@ use tonus::studio::terminal::{Calibrates, Enter};
 use tonus::studio::virtually::Someone;
 use tonus_shared::wire::{Packet, StreamFlags, decode};
 
-use crate::world::run;
+use crate::world::{run, somebody};
 
 /// Where the upper arm is raised to about the horizontal, shoulder frame, metres.
 const RAISED_M: [f64; 3] = [0.45, 0.1, 0.1];
@@ -34,14 +34,8 @@ struct Bends {
 
 impl Bends {
     fn new(raises: bool) -> Self {
-        let person = Person {
-            name: "Zoë".to_owned(),
-            body_mass_kg: 75.0,
-            body_height_m: 1.75,
-            mains_hz: None,
-        };
         Self {
-            hands: Calibrates::new(person, Enter::at_once(), Box::new(|_| {})),
+            hands: Calibrates::new(somebody(), Enter::at_once(), Box::new(|_| {})),
             raises,
             bent: false,
             bending: false,

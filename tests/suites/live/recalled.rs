@@ -7,7 +7,7 @@ use tonus::studio::hands::Hands;
 use tonus::studio::terminal::{Calibrates, Enter};
 use tonus::studio::virtually::Someone;
 
-use crate::world::run;
+use crate::world::{run, somebody};
 
 struct Measured {
     hands: Calibrates,
@@ -31,9 +31,7 @@ impl Someone for Measured {
 pub(crate) fn profile(seed: u64) -> Profile {
     let person = Person {
         name: "Zoë, left".to_owned(),
-        body_mass_kg: 75.0,
-        body_height_m: 1.75,
-        mains_hz: None,
+        ..somebody()
     };
     let hands = Calibrates::new(person, Enter::at_once(), Box::new(|_| {}));
     let measured = Measured {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use tonus::config::Config;
 use tonus::library::Library;
-use tonus::live::{Engine, simulated};
+use tonus::live::{Engine, Person, simulated};
 use tonus::source::LinkChoice;
 use tonus::source::simulated::{SimulatedConfig, SimulatedDevices};
 use tonus::studio::setup;
@@ -15,6 +15,16 @@ pub(crate) fn config() -> Config {
     let mut config = Config::default();
     config.wearable.link = "sim".to_owned();
     config
+}
+
+/// Somebody to be measured.
+pub(crate) fn somebody() -> Person {
+    Person {
+        name: "Zoë".to_owned(),
+        body_mass_kg: 75.0,
+        body_height_m: 1.75,
+        mains_hz: None,
+    }
 }
 
 /// Runs until the person is done, at most `seconds`; gives the person back.

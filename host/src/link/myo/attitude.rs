@@ -19,6 +19,7 @@
 //! package for Unity: its README, and the mapping of axes in `ThalmicMyo.cs`). Where that does not hold, nothing is taken.
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use tonus_shared::pipeline::HANGING;
 
 use super::packet::Imu;
 
@@ -30,8 +31,6 @@ const STILL_US: u64 = 1_000_000;
 /// Still: the acceleration is gravity alone, g; turning, degrees a second.
 const GRAVITY_G: std::ops::RangeInclusive<f32> = 0.9..=1.1;
 const TURNING_DEG_PER_S: f32 = 15.0;
-/// Hanging: the armband's x axis is so near the vertical (cosine of 30 degrees).
-const ALONG: f32 = 0.866;
 /// The told attitude must take the measured acceleration to the vertical as well as this (cosine of 15 degrees).
 const LEVEL: f32 = 0.966;
 
@@ -105,6 +104,6 @@ fn hangs_still(imu: &Imu, told: &UnitQuaternion<f32>) -> bool {
     let size = acceleration.norm();
     GRAVITY_G.contains(&size)
         && Vector3::from(imu.turning_deg_per_s).norm() <= TURNING_DEG_PER_S
-        && acceleration.x.abs() >= ALONG * size
+        && acceleration.x.abs() >= HANGING * size
         && (told * acceleration).z >= LEVEL * size
 }
