@@ -34,8 +34,8 @@ pub(crate) struct DemoArgs {
     /// Everything random follows from it [default: 1].
     #[arg(long, value_name = "S")]
     seed: Option<u64>,
-    /// Infer when each movement begins and how long it takes, instead of announcing both: an experiment, which mostly fails,
-    /// since this wearer's hand travels to the next start all through a pause.
+    /// Infer when each movement begins and how long it takes, instead of announcing both; the person rests before and after
+    /// each way then.
     #[arg(long)]
     inferred: bool,
 }

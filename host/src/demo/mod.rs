@@ -293,7 +293,13 @@ pub fn perform(
     mut watch: impl FnMut(&Snapshot<'_>) -> ControlFlow<()>,
 ) -> Result<Report, DemoError> {
     let actions = shuffled_run(config.seed);
-    let tasks: Vec<Task> = actions.into_iter().map(Task::Perform).collect();
+    // Where nothing is announced, the person rests between movements, as people do.
+    let task = if config.inferred {
+        Task::PerformRested
+    } else {
+        Task::Perform
+    };
+    let tasks: Vec<Task> = actions.into_iter().map(task).collect();
     let mut rig = Rig::new(&tasks, &rig_config(config, config.seed ^ RUN_SEED))?;
     let end_us = rig.spans().last().map_or(0, |span| span.end_us);
     let view = library.model.view().map_err(RecogniseError::from)?;

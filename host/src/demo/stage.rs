@@ -13,7 +13,7 @@ use crate::session::{Decision, Event, NoveltyReport, Session};
 use crate::simulate::rig::Step;
 use crate::simulate::scripted::{self, HOME_M};
 use crate::simulate::skills::Skill;
-use crate::simulate::wearer::{Action, Span, Task};
+use crate::simulate::wearer::{Action, Span};
 use std::collections::VecDeque;
 
 /// Phase of a lift at which the robot has the object in its hand.
@@ -152,13 +152,14 @@ impl<'m> Stage<'m> {
             };
             self.session.handle(began, now_us)?;
             self.positions_only.handle(began, now_us)?;
-            if matches!(span.task, Task::Perform(action) if OUTSIDE.contains(&action.skill)) {
+            let performed = span.task.performed();
+            if performed.is_some_and(|action| OUTSIDE.contains(&action.skill)) {
                 let from_m = self.gate.setpoint().position_m;
                 self.held = Some(Held::new(span.start_us, from_m));
             }
         }
         if self.under_way && now_us >= span.end_us {
-            if let Task::Perform(action) = span.task {
+            if let Some(action) = span.task.performed() {
                 self.score(action.skill);
             }
             self.session.handle(Event::Ended, now_us)?;
@@ -226,9 +227,7 @@ impl<'m> Stage<'m> {
     #[allow(clippy::cast_precision_loss, reason = "actions last seconds")]
     fn doing(&self, now_us: u64) -> Option<(Action, f64)> {
         let span = self.ahead.front().filter(|_| self.under_way)?;
-        let Task::Perform(action) = span.task else {
-            return None;
-        };
+        let action = span.task.performed()?;
         let since_us = now_us.saturating_sub(span.start_us) as f64;
         Some((action, since_us / (span.end_us - span.start_us) as f64))
     }

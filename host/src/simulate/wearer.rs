@@ -16,6 +16,8 @@ use tonus_shared::sample::{AdcScale, Scan};
 pub const CALIBRATION_US: u64 = 4_000_000;
 /// Time before every action in which the hand goes to its start and the muscles relax, microseconds.
 pub const PAUSE_US: u64 = 1_500_000;
+/// How long a hand rests before it travels and before it acts, where it does.
+pub const REST_US: u64 = 1_000_000;
 /// What the person does after the last task: nothing, until the last signals are through the filters. Microseconds.
 pub const TAIL_US: u64 = 500_000;
 /// Muscles let go of the last action within this time, microseconds.
@@ -84,8 +86,11 @@ pub enum Task {
     Rest,
     /// Contract all muscles with all strength for [`CALIBRATION_US`], ramps included.
     Contract,
-    /// After a pause of [`PAUSE_US`], one action of [`DURATION_US`].
+    /// After a pause of [`PAUSE_US`], one action of [`DURATION_US`]. The hand travels to its start all through the pause.
     Perform(Action),
+    /// The same, and the hand rests for [`REST_US`] before it travels and again before it acts: nobody announces anything to
+    /// who watches.
+    PerformRested(Action),
     /// After such a pause, one action at a tempo of its own.
     Paced {
         /// The action.
@@ -98,11 +103,21 @@ pub enum Task {
 }
 
 impl Task {
+    /// The action of one that is performed in [`DURATION_US`].
+    #[must_use]
+    pub const fn performed(&self) -> Option<Action> {
+        match self {
+            Self::Perform(action) | Self::PerformRested(action) => Some(*action),
+            _ => None,
+        }
+    }
+
     /// How long it lasts, and the pause before it, microseconds.
     fn lasts_us(&self) -> (u64, u64) {
         match self {
             Self::Rest | Self::Contract => (CALIBRATION_US, 0),
             Self::Perform(_) | Self::Operate(_) => (DURATION_US, PAUSE_US),
+            Self::PerformRested(_) => (DURATION_US, REST_US + PAUSE_US + REST_US),
             Self::Paced { duration_us, .. } => (*duration_us, PAUSE_US),
         }
     }
@@ -111,7 +126,7 @@ impl Task {
     fn moving(&self, s: f64) -> Option<Truth> {
         let (hand_m, activation) = match self {
             Self::Rest | Self::Contract => return None,
-            Self::Perform(action) | Self::Paced { action, .. } => {
+            Self::Perform(action) | Self::PerformRested(action) | Self::Paced { action, .. } => {
                 (action.hand_m(s), action.activation(s))
             }
             Self::Operate(operation) => (operation.hand_m(s), operation.activation(s)),
@@ -218,7 +233,12 @@ impl Wearer {
             let Some(start) = span.task.moving(0.0) else {
                 return from;
             };
-            let way = minimum_jerk(1.0 - share(span.start_us - at_us, PAUSE_US));
+            let rest_us = match span.task {
+                Task::PerformRested(_) => REST_US,
+                _ => 0,
+            };
+            let left_us = (span.start_us - at_us).saturating_sub(rest_us);
+            let way = minimum_jerk(1.0 - share(left_us.min(PAUSE_US), PAUSE_US));
             let hand_m = std::array::from_fn(|axis| {
                 from.hand_m[axis] + way * (start.hand_m[axis] - from.hand_m[axis])
             });
