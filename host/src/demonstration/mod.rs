@@ -8,6 +8,7 @@
 mod path;
 mod read;
 
+pub use path::PathLength;
 pub use read::{Choice, ReadError, read, read_unlabelled, read_with_gaps};
 
 use std::path::{Path, PathBuf};

@@ -181,8 +181,8 @@ pub enum ExperimentError {
     /// Settings that cannot be mixed.
     #[error(transparent)]
     Stacking(#[from] StackError),
-    /// A recorded movement without the rows in which the hand is hidden.
-    #[error("{}: trial {trial}, rows in which the hand is seen: {source}", file.display())]
+    /// A recorded movement of which too little can be used.
+    #[error("{}: trial {trial}, rows in which the hand is seen and moves: {source}", file.display())]
     Recording {
         /// The file.
         file: PathBuf,

@@ -1,5 +1,7 @@
 //! Tables of what was found on recordings of real people.
 
+mod watched;
+
 use serde_json::Value;
 
 use super::html::{Cell, Table};
@@ -16,6 +18,7 @@ pub(super) fn tables(document: &Value) -> Vec<Table> {
     let all = [
         recognition(document, sets),
         less_known(document, sets),
+        watched::table(document, sets),
         chosen(document, sets),
         temperatures(document, sets),
         calibration(document, sets),

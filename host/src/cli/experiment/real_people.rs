@@ -65,8 +65,15 @@ fn recording(out: &mut String, found: &Value) {
             let _infallible = writeln!(out, "  {:>6}  {}", number(point, "at"), score(point));
         }
     }
+    in_runs(out, items(known, "chosen"));
     line(out, "  calibration");
     calibration(out, found);
+    decided(out, found);
+    others(out, found);
+    out.push('\n');
+}
+
+fn decided(out: &mut String, found: &Value) {
     if let Some(decision) = found.get("decision") {
         let of = |key: &str| number(decision, key);
         let median_s = decision.get("median_time_s").and_then(Value::as_f64);
@@ -80,6 +87,9 @@ fn recording(out: &mut String, found: &Value) {
             round(of("wrong")),
         );
     }
+}
+
+fn others(out: &mut String, found: &Value) {
     line(
         out,
         "  other methods, whole movement                   right, %  log-loss",
@@ -97,7 +107,47 @@ fn recording(out: &mut String, found: &Value) {
             cell("log_loss", 1.0, 3),
         );
     }
-    out.push('\n');
+}
+
+fn in_runs(out: &mut String, chosen: &[Value]) {
+    if chosen.is_empty() {
+        return;
+    }
+    line(
+        out,
+        "  watched with the tempo unknown, log-loss on what the training part leaves out in turn (* is taken)",
+    );
+    for one in chosen {
+        watched(out, one);
+    }
+}
+
+fn watched(out: &mut String, one: &Value) {
+    let _infallible = writeln!(out, "    {}", words(one, "part"));
+    let taken = one.get("watched").and_then(Value::as_u64);
+    for (place, tried) in (0..).zip(items(one, "tried")) {
+        let _infallible = writeln!(
+            out,
+            "    {} {:.4}  {}",
+            if taken == Some(place) { '*' } else { ' ' },
+            number(tried, "log_loss"),
+            words(tried, "name"),
+        );
+    }
+    let mixture = items(one, "mixture");
+    if let Some(heaviest) = mixture.first() {
+        let of = |key: &str| number(heaviest, key);
+        let _infallible = writeln!(
+            out,
+            "      {} settings, weights up to {:.3}: by {}, K {}, placement {} m, sigma {} m",
+            mixture.len(),
+            of("weight"),
+            words(heaviest, "phase"),
+            round(of("functions")),
+            of("placement_m"),
+            of("sigma_m"),
+        );
+    }
 }
 
 fn chosen(out: &mut String, one: &Value) {

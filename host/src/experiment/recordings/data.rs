@@ -13,12 +13,13 @@ use crate::model::cluster::both_ways;
 use crate::model::{Fitted, Model, fit, learn_fitted};
 use crate::table::Table;
 
-/// The hand in one file, as it was recorded.
+/// The arm in one file, as it was recorded.
 #[derive(Debug)]
 pub(super) struct Run {
     file: PathBuf,
     pub(super) t_s: Vec<f64>,
-    pub(super) position_m: Vec<[f64; 3]>,
+    /// The hand, and the elbow as the shoulder has it: what a sensor of the upper arm's attitude tells.
+    pub(super) rows_m: Vec<[f64; 6]>,
 }
 
 /// One recording.
@@ -187,13 +188,25 @@ impl Set {
 
 impl Run {
     fn of(table: &Table, file: PathBuf) -> Result<Self, ExperimentError> {
-        let column = |name| table.numbers_in(name, 0..table.rows());
-        let (x, y, z) = (column("x")?, column("y")?, column("z")?);
-        let rows = x.into_iter().zip(y).zip(z);
+        let columns = |names: [&str; 3]| -> Result<Vec<[f64; 3]>, ExperimentError> {
+            let [x, y, z] = names.map(|name| table.numbers_in(name, 0..table.rows()));
+            let rows = x?.into_iter().zip(y?).zip(z?);
+            Ok(rows.map(|((x, y), z)| [x, y, z]).collect())
+        };
+        let hand = columns(["x", "y", "z"])?;
+        let elbow = columns(["elbow_x", "elbow_y", "elbow_z"])?;
+        let shoulder = columns(["shoulder_x", "shoulder_y", "shoulder_z"])?;
+        let rows = hand.iter().zip(elbow.iter().zip(&shoulder));
+        let row = |(hand, (elbow, shoulder)): (&[f64; 3], (&[f64; 3], &[f64; 3]))| {
+            std::array::from_fn(|i| match i {
+                0..3 => hand[i],
+                _ => elbow[i - 3] - shoulder[i - 3],
+            })
+        };
         Ok(Self {
             file,
-            t_s: column("t_s")?,
-            position_m: rows.map(|((x, y), z)| [x, y, z]).collect(),
+            t_s: table.numbers_in("t_s", 0..table.rows())?,
+            rows_m: rows.map(row).collect(),
         })
     }
 }

@@ -7,7 +7,7 @@ use super::data::Set;
 use super::look::{Look, score};
 use super::mixture::{self, Ensemble};
 use super::parts::{Fold, Part};
-use super::unknown_tempo::{self, Following, UnknownTempo};
+use super::unknown_tempo::{self, Following, InRuns, UnknownTempo};
 use super::{At, CONFIDENCE, Decisions, FRACTIONS};
 use crate::experiment::{Config, ExperimentError, Score};
 use crate::model::Model;
@@ -30,6 +30,7 @@ pub(super) struct Held {
     decisions: Vec<(Option<Decision>, usize)>,
     training: Vec<Forecast>,
     tempo: Option<unknown_tempo::Said>,
+    in_runs: Vec<InRuns>,
 }
 
 /// Everything that is tested.
@@ -39,13 +40,14 @@ pub(super) fn test(
     chosen: &[Chosen],
     config: &Config,
 ) -> Result<Held, ExperimentError> {
+    let followings = parts.iter().map(|part| Following::of(set, part));
+    let followings = followings.collect::<Result<Vec<_>, _>>()?;
     let mut tests = Vec::new();
-    for (part, chosen) in parts.iter().zip(chosen) {
-        let following = Following::of(set, &part.training)?;
+    for ((part, chosen), following) in parts.iter().zip(chosen).zip(&followings) {
         let of_part = part.tests.iter().enumerate();
         tests.extend(of_part.map(|(place, fold)| (fold, chosen, following, place == 0)));
     }
-    let one = |(fold, chosen, following, first): (&Fold, &Chosen, Following, bool)| {
+    let one = |(fold, chosen, following, first): (&Fold, &Chosen, &Following, bool)| {
         let mut held = Held::default();
         let shown = Shown {
             set,
@@ -53,7 +55,7 @@ pub(super) fn test(
             config,
         };
         held.one(&shown, fold, first)?;
-        held.tempo = Some(unknown_tempo::said(set, chosen, &following, fold)?);
+        held.tempo = Some(following.said(set, chosen, fold)?);
         Ok(held)
     };
     let helds: Result<Vec<Held>, ExperimentError> = tests.into_par_iter().map(one).collect();
@@ -61,6 +63,8 @@ pub(super) fn test(
     for held in helds? {
         all.add(held);
     }
+    let in_runs = followings.iter().filter_map(Following::chosen);
+    all.in_runs = in_runs.cloned().collect();
     Ok(all)
 }
 
@@ -179,7 +183,7 @@ impl Held {
     pub(super) fn unknown_tempo(&self) -> UnknownTempo {
         self.tempo
             .as_ref()
-            .map(unknown_tempo::Said::scores)
+            .map(|said| said.scores(self.in_runs.clone()))
             .unwrap_or_default()
     }
 }

@@ -33,7 +33,7 @@ pub use choose::{Chosen, Member};
 pub use novelty::{Nearest, Novelty};
 pub use others::Other;
 pub use setting::{Phase, Setting, Ways};
-pub use unknown_tempo::{Onset, UnknownTempo};
+pub use unknown_tempo::{Candidate, InRuns, Onset, Tried, UnknownTempo, Watch};
 
 use super::{Config, ExperimentError, Progress, Score};
 use data::Set;

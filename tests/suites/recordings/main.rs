@@ -19,9 +19,15 @@
 //! said, 0.76 right; error 0.25, by chance 0.10), for the runs that one person leaves out do not show the other.
 #![allow(missing_docs, reason = "test suite")]
 
+mod unknown_tempo;
+
 use std::process::Command;
+use std::sync::LazyLock;
 
 use serde_json::Value;
+
+/// What the program says, once for all tests.
+static FOUND: LazyLock<Value> = LazyLock::new(found);
 
 fn found() -> Value {
     let output = Command::new(tonus_tests::program())
@@ -89,7 +95,7 @@ fn shape(set: &Value) {
 
 #[test]
 fn all_of_them() {
-    let found = &found()["recordings"];
+    let found = &FOUND["recordings"];
     let sets = list(found, "sets");
     let sizes: Vec<_> = sets
         .iter()
