@@ -119,20 +119,17 @@ impl Late {
     }
 
     /// Hypotheses by this phase; by path what is called a time, or a duration, is a length.
-    const fn tempo(self, phase: Phase) -> TempoConfig {
+    fn tempo(self, phase: Phase) -> TempoConfig {
         let (onset_late_s, onset_std_s) = match phase {
             Phase::Time => (self.mean_s, self.std_s),
             Phase::Path => (0.0, ONSET_STD_M),
         };
         TempoConfig {
             durations: DURATIONS,
-            tempo_log_std: 0.2,
-            onsets: 5,
             onset_late_s,
             onset_std_s,
             lead_s: 0.0,
-            capacity: 1024,
-            floor_nats: Some(25.0),
+            ..TempoConfig::default()
         }
     }
 }
