@@ -12,6 +12,17 @@ pub(crate) fn median(values: &[f64]) -> f64 {
     }
 }
 
+/// A Gaussian's standard deviation over its median distance from the middle.
+const NORMAL_MAD: f64 = 1.4826;
+
+/// The median, and the standard deviation of a Gaussian that has the values' median distance from it: both whatever a few
+/// blunders say; NaN of none.
+pub(crate) fn median_and_spread(values: &[f64]) -> (f64, f64) {
+    let middle = median(values);
+    let distances: Vec<f64> = values.iter().map(|value| (value - middle).abs()).collect();
+    (middle, NORMAL_MAD * median(&distances))
+}
+
 /// Mean; NaN of none.
 pub(crate) fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
@@ -55,6 +66,10 @@ mod tests {
         assert_eq!(median(&[3.0, 1.0, 2.0]), 2.0);
         assert_eq!(median(&[4.0, 1.0, 2.0, 3.0]), 2.5);
         assert!(median(&[]).is_nan());
+        // Distances 2, 1, 0, 1, 997: the blunder counts as any other.
+        let (middle, spread) = median_and_spread(&[1.0, 2.0, 3.0, 4.0, 1000.0]);
+        assert_eq!(middle, 3.0);
+        assert!((spread - 1.4826).abs() < 1e-12, "{spread}");
         assert_eq!(root_mean_square(&[3.0, -4.0, 0.0, 0.0]), 2.5);
         assert_eq!(mean(&[1.0, 2.0, 6.0]), 3.0);
     }

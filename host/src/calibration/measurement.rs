@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use tonus_shared::wire::{MAX_CHANNELS, Muscle};
 
 use super::{Estimate, Measured, muscle_name};
-use crate::statistics::{mean, median};
+use crate::statistics::{mean, median, median_and_spread};
 
 /// Samples a second that are expected: one for each stream packet.
 const SAMPLES_HZ: f64 = 100.0;
@@ -20,8 +20,6 @@ const INDEPENDENT_HZ: f64 = 10.0;
 const STILL_M: f64 = 0.03;
 /// A sample of the hand so many standard deviations (by the median) from the median is a blunder of the tracker.
 const BLUNDER: f64 = 4.0;
-/// The standard deviation of normal numbers over their median absolute deviation.
-const NORMAL_MAD: f64 = 1.4826;
 
 #[derive(Debug, Clone, Copy)]
 struct Sample {
@@ -184,9 +182,7 @@ impl Measurement {
         let mut place = Vector3::zeros();
         for axis in 0..3 {
             let values: Vec<f64> = hands.iter().map(|hand| hand[axis]).collect();
-            let middle = median(&values);
-            let apart: Vec<f64> = values.iter().map(|x| (x - middle).abs()).collect();
-            let std_m = NORMAL_MAD * median(&apart);
+            let (middle, std_m) = median_and_spread(&values);
             if std_m > STILL_M {
                 return Err(format!(
                     "The hand moved by {:.0} mm: hold it still, then do this step again.",

@@ -134,6 +134,7 @@ pub fn run(
     };
     next("recordings: reading");
     let actions = Set::read(folder, &grids::ACTIONS)?;
+    unknown_tempo::learnable(&actions)?;
     let digits = Set::read(folder, &grids::DIGITS)?;
     let reaches = Set::read(folder, &grids::REACHES)?;
     let mut found = Vec::new();

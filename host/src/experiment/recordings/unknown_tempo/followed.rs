@@ -8,7 +8,7 @@ use super::super::setting::Phase;
 use super::moments::{Moment, moments};
 use super::{DURATIONS, FRACTIONS};
 use crate::experiment::ExperimentError;
-use crate::experiment::statistics::median;
+use crate::experiment::statistics::median_and_spread;
 use crate::model::Model;
 use crate::model::tempo::{TempoConfig, TempoRecogniser};
 
@@ -18,8 +18,6 @@ const INTERVAL_S: f64 = 0.1;
 const INTERVAL_M: f64 = 0.05;
 /// How far a hand has gone before the detector takes it for moving, standard deviation: by path the onset is hardly unknown.
 const ONSET_STD_M: f64 = 0.01;
-/// A Gaussian's standard deviation over its median distance from the middle.
-const SPREAD: f64 = 1.4826;
 
 /// What is watched, and by what its progress is told.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -112,9 +110,7 @@ impl Late {
             } = TempoConfig::default();
             return Ok(Self { mean_s, std_s });
         }
-        let mean_s = median(&late_s);
-        let distances: Vec<f64> = late_s.iter().map(|late| (late - mean_s).abs()).collect();
-        let std_s = SPREAD * median(&distances);
+        let (mean_s, std_s) = median_and_spread(&late_s);
         Ok(Self { mean_s, std_s })
     }
 
@@ -209,6 +205,7 @@ impl<'m> Follower<'m> {
         if along < self.next {
             return Ok(());
         }
+        // Frames that come a little early are as good as the interval.
         let slack = match self.watch.phase {
             Phase::Time => 1e-3,
             Phase::Path => 0.0,

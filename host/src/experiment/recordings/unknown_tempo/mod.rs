@@ -20,6 +20,7 @@ use super::choose::Chosen;
 use super::data::Set;
 use super::look::floored;
 use super::parts::{Fold, Part};
+use super::setting::Phase;
 use crate::experiment::{ExperimentError, Score};
 use stacked::Stack;
 
@@ -48,6 +49,18 @@ pub struct UnknownTempo {
     pub by_fraction: Vec<At>,
     /// What was decided on each training part for it; nothing where the settings are those with the duration known.
     pub chosen: Vec<InRuns>,
+}
+
+/// Whether every movement of a recording that goes on can be learnt from in each way of watching: before minutes of work, not
+/// in their midst.
+///
+/// # Errors
+/// The first that cannot.
+pub(super) fn learnable(set: &Set) -> Result<(), ExperimentError> {
+    for movement in 0..set.demonstrations().len() {
+        moments::demonstration(set, movement, Watch::arm(Phase::Path))?;
+    }
+    Ok(())
 }
 
 /// How the movements of a part are followed.

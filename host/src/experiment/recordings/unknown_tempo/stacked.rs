@@ -310,15 +310,12 @@ impl LeftOut {
             let fold = first..first + count;
             first = fold.end;
             let mut others = self.logs.clone();
-            for logs in &mut others {
-                logs.drain(fold.clone());
-            }
+            let own = others
+                .iter_mut()
+                .map(|logs| logs.drain(fold.clone()).collect());
+            let own: Vec<Vec<f64>> = own.collect();
             let weights = shares(&others, LAPLACE)?;
-            for forecast in fold {
-                let terms = weights.iter().zip(&self.logs);
-                let mixed: f64 = terms.map(|(w, logs)| w * libm::exp(logs[forecast])).sum();
-                sum -= libm::log(mixed);
-            }
+            sum -= mixed(&weights, &own)?.iter().sum::<f64>();
         }
         Ok(sum / first as f64)
     }
